@@ -1,0 +1,92 @@
+"""Reading and writing video and sound through PyAV and scipy."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import scipy.io.wavfile
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+_REMEDY = "Convert the file to MP4 (H.264, AAC) and check that it plays"
+
+
+@dataclass(frozen=True)
+class VideoInfo:
+    """Width and height in pixels, frame rate, and whether there is sound."""
+
+    size: tuple[int, int]
+    rate: Fraction
+    has_audio: bool
+
+
+def video_info(path: str | Path) -> VideoInfo:
+    """Return what a video file's header says.
+
+    Raises:
+        DnnvssError: the file is missing, unreadable or has no picture.
+    """
+
+    def probe(p: Path) -> VideoInfo:
+        with av.open(str(p)) as container:
+            if not container.streams.video:
+                raise DnnvssError("has no video stream", file=p, remedy=_REMEDY)
+            stream = container.streams.video[0]
+            rate = stream.average_rate or stream.guessed_rate or stream.base_rate
+            if not rate or not stream.width:
+                raise DnnvssError("does not say its frame rate or size", file=p, remedy=_REMEDY)
+            return VideoInfo((stream.width, stream.height), Fraction(rate), bool(container.streams.audio))
+
+    return files.read(path, probe, _REMEDY)
+
+
+def read_video(path: str | Path) -> np.ndarray:
+    """Return all frames of a video, uint8 RGB, shape (F, H, W_, 3).
+
+    Raises:
+        DnnvssError: the file is missing, unreadable or holds no frame.
+    """
+
+    def decode(p: Path) -> np.ndarray:
+        with av.open(str(p)) as container:
+            if not container.streams.video:
+                raise DnnvssError("has no video stream", file=p, remedy=_REMEDY)
+            container.streams.video[0].thread_type = "AUTO"
+            frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+        if not frames:
+            raise DnnvssError("holds no frame", file=p, remedy=_REMEDY)
+        return np.stack(frames)
+
+    return files.read(path, decode, _REMEDY)
+
+
+def read_audio(path: str | Path, rate: int = 16000) -> np.ndarray:
+    """Return the sound of a wav or video file as mono float32 in [-1, 1] at ``rate`` samples a second, shape (samples,).
+
+    Raises:
+        DnnvssError: the file is missing, unreadable or has no sound.
+    """
+
+    def decode(p: Path) -> np.ndarray:
+        with av.open(str(p)) as container:
+            if not container.streams.audio:
+                raise DnnvssError("has no sound", file=p, remedy="Give a recording with an audio stream")
+            resampler = av.AudioResampler(format="flt", layout="mono", rate=rate)
+            blocks = [b for frame in container.decode(audio=0) for b in resampler.resample(frame)]
+            blocks += resampler.resample(None)
+        chunks = [b.to_ndarray().reshape(-1) for b in blocks]
+        if not chunks or not sum(map(len, chunks)):
+            raise DnnvssError("its sound is empty", file=p, remedy="Give a recording with an audio stream")
+        return np.concatenate(chunks)
+
+    return files.read(path, decode, _REMEDY)
+
+
+def write_wav(path: str | Path, samples: np.ndarray, rate: int) -> Path:
+    """Write mono float samples (n,) in [-1, 1] as 16-bit PCM and return the path; louder samples are clipped."""
+    with files.replacing(path) as temporary:
+        scipy.io.wavfile.write(temporary, rate, (np.clip(samples, -1, 1) * 32767).astype(np.int16))
+    return Path(path)

@@ -1,0 +1,38 @@
+"""The one error that a user can cause."""
+
+from os import PathLike
+
+
+class DnnvssError(Exception):
+    """A mistake in the input, said so that it can be mended.
+
+    The message reads ``FILE: utterance ID: problem. Remedy.``; parts that do not apply are left out.
+
+    Args:
+        problem: what is wrong, with the offending value.
+        file: the file in which it was found.
+        utterance: the id of the utterance.
+        remedy: what the user can do about it.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: str | PathLike[str] | None = None,
+        utterance: str | None = None,
+        remedy: str | None = None,
+    ) -> None:
+        self.problem, self.file, self.utterance, self.remedy = problem, file, utterance, remedy
+        where = [str(file)] if file is not None else []
+        where += [f"utterance {utterance}"] if utterance is not None else []
+        message = ": ".join([*where, problem])
+        super().__init__(f"{message.rstrip('.')}. {remedy.rstrip('.')}." if remedy else message)
+
+    def __reduce__(self) -> tuple:
+        """Keep the parts when a worker process hands the error back."""
+        return _rebuild, (type(self), self.problem, self.file, self.utterance, self.remedy)
+
+
+def _rebuild(kind: type[DnnvssError], problem: str, file: str, utterance: str, remedy: str) -> DnnvssError:
+    return kind(problem, file=file, utterance=utterance, remedy=remedy)

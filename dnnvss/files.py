@@ -1,0 +1,93 @@
+"""Files that are whole or absent: every output is written to a temporary name and moved into place."""
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Yield a temporary path beside ``path``, with its suffix; it is moved to ``path`` when the block ends well.
+
+    If the block raises (Ctrl-C included) the temporary file is removed and ``path`` is left as it was.
+
+    Raises:
+        DnnvssError: the disk is full or the folder cannot be written.
+    """
+    path = Path(path)
+    temporary: Path | None = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=f".part{path.suffix}", dir=path.parent)
+        os.close(handle)
+        temporary = Path(name)
+        temporary.chmod(0o644)
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        if error.filename is not None and Path(error.filename) not in (temporary, path, path.parent):
+            raise  # the trouble is with another file, which the block names better
+        remedy = "Free some space or choose another folder, then run the same command again: it resumes"
+        raise DnnvssError(f"cannot be written ({error.strerror or error})", file=path, remedy=remedy) from error
+    finally:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write ``text`` as UTF-8 and return the path."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return Path(path)
+
+
+def write_json(path: str | Path, value: Any) -> Path:
+    """Write ``value`` as indented JSON and return the path."""
+    return write_text(path, json.dumps(value, indent=2, ensure_ascii=False) + "\n")
+
+
+def write_arrays(path: str | Path, **arrays: Any) -> Path:
+    """Write named arrays as an uncompressed ``.npz`` and return the path."""
+    with replacing(path) as temporary:
+        np.savez(temporary, **arrays)
+    return Path(path)
+
+
+def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:
+    """Return ``reader(path)``; a missing or damaged file becomes an error that says what to do.
+
+    Raises:
+        DnnvssError: the file is missing, cut short or not of its kind.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise DnnvssError("no such file", file=path, remedy=remedy)
+    try:
+        return reader(path)
+    except DnnvssError:
+        raise
+    except Exception as error:  # each format fails in its own way; all of them mean the same to the user
+        raise DnnvssError(f"cannot be read ({type(error).__name__}: {error})", file=path, remedy=remedy) from error
+
+
+def read_json(path: str | Path, remedy: str = "Write the file again") -> Any:
+    """Return the value in a JSON file."""
+    return read(path, lambda p: json.loads(p.read_text(encoding="utf-8")), remedy)
+
+
+def read_arrays(path: str | Path, remedy: str = "Write the file again") -> dict[str, np.ndarray]:
+    """Return the arrays of an ``.npz`` file by name; pickled objects are refused."""
+
+    def load(p: Path) -> dict[str, np.ndarray]:
+        with np.load(p, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+
+    return read(path, load, remedy)

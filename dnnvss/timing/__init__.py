@@ -1,0 +1,6 @@
+"""Seconds and frames, segments and tiers. Knows nothing of phones or files."""
+
+from dnnvss.timing.clock import FrameClock
+from dnnvss.timing.tiers import Alignment, Segment, Tier
+
+__all__ = ["Alignment", "FrameClock", "Segment", "Tier"]
