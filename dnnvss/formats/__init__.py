@@ -1,0 +1,44 @@
+"""Readers and writers of the files that other tools use: alignments and facial landmarks. Knows nothing of models."""
+
+from dnnvss.formats.alignments import read_alignment, spanning, write_alignment
+from dnnvss.formats.grid import read_grid_align, write_grid_align
+from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
+from dnnvss.formats.landmarks import (
+    LAYOUT_68,
+    Landmarks,
+    read_landmarks,
+    read_npz,
+    read_openface,
+    read_pts,
+    read_pts_sequence,
+    write_npz,
+    write_openface,
+    write_pts,
+)
+from dnnvss.formats.textgrid import read_textgrid, write_textgrid
+from dnnvss.formats.words import write_words_csv
+
+__all__ = [
+    "LAYOUT_68",
+    "Landmarks",
+    "read_alignment",
+    "read_grid_align",
+    "read_lab",
+    "read_landmarks",
+    "read_mlf",
+    "read_npz",
+    "read_openface",
+    "read_pts",
+    "read_pts_sequence",
+    "read_textgrid",
+    "spanning",
+    "write_alignment",
+    "write_grid_align",
+    "write_lab",
+    "write_mlf",
+    "write_npz",
+    "write_openface",
+    "write_pts",
+    "write_textgrid",
+    "write_words_csv",
+]

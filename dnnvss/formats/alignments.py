@@ -1,0 +1,99 @@
+"""Reading and writing an alignment by the suffix of its file."""
+
+from pathlib import Path
+
+from dnnvss.errors import DnnvssError
+from dnnvss.formats.grid import read_grid_align, write_grid_align
+from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
+from dnnvss.formats.labels import word_of
+from dnnvss.formats.textgrid import read_textgrid, write_textgrid
+from dnnvss.formats.words import write_words_csv
+from dnnvss.phones import SILENCE, SILENCES
+from dnnvss.timing import Alignment, Segment, Tier
+
+_KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK) or .align (GRID)"
+
+
+def read_alignment(path: str | Path, utterance: str | None = None) -> Alignment:
+    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf`` or ``.align`` file, with the tiers that it has.
+
+    Args:
+        path: the file.
+        utterance: the id to take from an ``.mlf``; not needed if it holds one utterance.
+
+    Raises:
+        DnnvssError: another suffix, a damaged file, or an ``.mlf`` that does not hold the utterance.
+    """
+    path = Path(path)
+    match path.suffix.lower():
+        case ".textgrid":
+            return read_textgrid(path)
+        case ".lab":
+            return read_lab(path)
+        case ".align":
+            return Alignment([read_grid_align(path)])
+        case ".mlf":
+            found = read_mlf(path)
+            if utterance is None and len(found) == 1:
+                return next(iter(found.values()))
+            if utterance in found:
+                return found[utterance]
+            raise DnnvssError(f"holds {len(found)} utterances, not {utterance!r}", file=path,
+                              remedy=f"Name one of them, e.g. {next(iter(found), 'none is there')}")
+    raise DnnvssError(f"alignments of the kind {path.suffix!r} are not understood", file=path, remedy=_KNOWN)
+
+
+def write_alignment(path: str | Path, alignment: Alignment) -> Path:
+    """Write an alignment in the format that the suffix names (``.csv`` holds the words) and return the path.
+
+    Raises:
+        DnnvssError: another suffix.
+    """
+    path = Path(path)
+    match path.suffix.lower():
+        case ".textgrid":
+            return write_textgrid(path, alignment)
+        case ".lab":
+            return write_lab(path, alignment)
+        case ".mlf":
+            return write_mlf(path, {path.stem: alignment})
+        case ".align":
+            return write_grid_align(path, alignment["words"])
+        case ".csv":
+            return write_words_csv(path, alignment)
+    raise DnnvssError(f"alignments of the kind {path.suffix!r} cannot be written", file=path, remedy=_KNOWN)
+
+
+def spanning(alignment: Alignment, duration: float, tolerance: float = 0.1) -> Alignment:
+    """Return the alignment with every tier running from 0 to ``duration`` seconds: silence is added or cut at the ends.
+
+    Speech that ends up to ``tolerance`` seconds after the recording is cut back to it.
+
+    Raises:
+        DnnvssError: the alignment begins before 0, or its speech runs past the recording by more than ``tolerance``.
+    """
+    return Alignment(_span(tier, duration, tolerance) for tier in alignment.tiers)
+
+
+def _span(tier: Tier, duration: float, tolerance: float) -> Tier:
+    pause = SILENCE if tier.name == "phones" else ""
+    rows = list(tier)
+    spoken = [s for s in rows if s.label not in SILENCES and word_of(s.label)]
+    if rows[0].start < -1e-4 or (spoken and (spoken[-1].end > duration + tolerance or spoken[-1].start >= duration)):
+        raise DnnvssError(
+            f"tier {tier.name!r} has speech from {rows[0].start:.3f} to {(spoken or rows)[-1].end:.3f} s, "
+            f"but the recording runs from 0 to {duration:.3f} s",
+            remedy="Give the alignment that belongs to this recording",
+        )
+    rows = [s._replace(end=min(s.end, duration)) for s in rows if s.start < duration - 1e-4]
+    if rows[0].start > 1e-4 and not _silent(rows[0], pause):
+        rows.insert(0, Segment(0.0, rows[0].start, pause))
+    if rows[-1].end < duration - 1e-4 and not _silent(rows[-1], pause):
+        rows.append(Segment(rows[-1].end, duration, pause))
+    rows[0] = rows[0]._replace(start=0.0)
+    rows[-1] = rows[-1]._replace(end=duration)
+    return Tier(tier.name, rows)
+
+
+def _silent(segment: Segment, pause: str) -> bool:
+    return segment.label == pause or (pause == SILENCE and segment.label in SILENCES)

@@ -1,0 +1,119 @@
+"""HTK label files (``.lab``) and master label files (``.mlf``): times in units of 100 ns, or plain seconds."""
+
+import re
+from pathlib import Path
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.formats.labels import phone_of, phone_tier, word_of
+from dnnvss.timing import Alignment, Segment, Tier
+
+UNIT = 10_000_000
+"""HTK's time units in a second."""
+
+_REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
+
+
+def read_lab(path: str | Path) -> Alignment:
+    """Return the alignment in an HTK label file.
+
+    Lines are ``start end phone`` with times in 100 ns units (times with a decimal point are seconds). A fourth column
+    that holds a number is a score and is left out; other text there is the word that begins with this phone (HTK's
+    second level) and gives the tier ``words``. HTS full-context labels give the phone in their middle.
+
+    Raises:
+        DnnvssError: unreadable, no line, a line that is not of this form, a gap, an overlap or an unknown phone; names
+            file, line and label.
+    """
+    path = Path(path)
+    lines = files.read(path, lambda p: p.read_text("utf-8").splitlines(), _REMEDY)
+    return _parse(path, list(enumerate(lines, start=1)))
+
+
+def read_mlf(path: str | Path) -> dict[str, Alignment]:
+    """Return the alignment of every utterance in an HTK master label file, by the stem of its name.
+
+    Raises:
+        DnnvssError: as :func:`read_lab`, or a file without the header ``#!MLF!#``.
+    """
+    path = Path(path)
+    lines = files.read(path, lambda p: p.read_text("utf-8").splitlines(), _REMEDY)
+    if not lines or lines[0].strip() != "#!MLF!#":
+        raise DnnvssError("line 1 is not #!MLF!#", file=path, remedy="Give a master label file, or name it .lab")
+    found: dict[str, Alignment] = {}
+    name, rows = "", list[tuple[int, str]]()
+    for number, line in enumerate(lines[1:], start=2):
+        if match := re.fullmatch(r'\s*"(.*)"\s*', line):
+            name, rows = re.sub(r"\.\w+$", "", match.group(1).split("/")[-1]), []
+        elif line.strip() == ".":
+            if name in found or not name:
+                raise DnnvssError(f"line {number}: utterance {name!r} ends here but is "
+                                  f"{'there twice' if name else 'without a name'}", file=path, remedy=_REMEDY)
+            found[name] = _parse(path, rows, name)
+            name = ""
+        else:
+            rows.append((number, line))
+    return found
+
+
+def write_lab(path: str | Path, alignment: Alignment) -> Path:
+    """Write the tier ``phones`` as an HTK label file, words in the fourth column, and return the path."""
+    return files.write_text(path, "\n".join(_lines(alignment)) + "\n")
+
+
+def write_mlf(path: str | Path, alignments: dict[str, Alignment]) -> Path:
+    """Write alignments by utterance id as one HTK master label file and return the path."""
+    lines = ["#!MLF!#"]
+    for name, alignment in alignments.items():
+        lines += [f'"*/{name}.lab"', *_lines(alignment), "."]
+    return files.write_text(path, "\n".join(lines) + "\n")
+
+
+def _lines(alignment: Alignment) -> list[str]:
+    words = {round(s.start * UNIT): s.label or "sil" for s in alignment["words"]} if "words" in alignment else {}
+    return [
+        f"{round(s.start * UNIT)} {round(s.end * UNIT)} {s.label} {words.get(round(s.start * UNIT), '')}".rstrip()
+        for s in alignment["phones"]
+    ]
+
+
+def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = None) -> Alignment:
+    segments, words = list[Segment](), list[tuple[float, str]]()
+    for number, line in lines:
+        fields = line.split()
+        if not fields:
+            continue
+        try:
+            start, end = (float(x) if "." in x else int(x) / UNIT for x in fields[:2])
+            segment = Tier("phones", [(start, end, fields[2])])[0]
+            phone_of(segment.label)
+        except (ValueError, IndexError) as error:
+            raise DnnvssError(f"line {number}: {line.strip()!r} is not START END PHONE", file=path, utterance=utterance,
+                              remedy=_REMEDY) from error
+        except DnnvssError as error:
+            raise DnnvssError(f"line {number}: {error.problem}", file=path, utterance=utterance,
+                              remedy=error.remedy) from error
+        if segments and abs(segment.start - segments[-1].end) > 1e-4:
+            kind = "gap" if segment.start > segments[-1].end else "overlap"
+            size = abs(segment.start - segments[-1].end)
+            raise DnnvssError(f"line {number}: {kind} of {size:.4f} s before {fields[2]!r}", file=path,
+                              utterance=utterance, remedy="Make the lines meet; write silence as a line of its own")
+        segments.append(segment)
+        if len(fields) > 3 and not re.fullmatch(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?", fields[3], re.I):
+            words.append((start, word_of(fields[3])))
+    if not segments:
+        raise DnnvssError("holds no label", file=path, utterance=utterance, remedy=_REMEDY)
+    tiers = [phone_tier(segments)]
+    if words:
+        tiers.append(_words(words, tiers[0]))
+    return Alignment(tiers)
+
+
+def _words(begins: list[tuple[float, str]], phones: Tier) -> Tier:
+    """Return the words that begin at given times and end where the next word or a pause begins."""
+    pauses = [(s.start, "") for s in phones if s.label in ("sil", "sp")]
+    rows = sorted(dict([*pauses, *begins]).items())
+    if rows[0][0] > phones.start:
+        rows.insert(0, (phones.start, ""))
+    ends = [start for start, _ in rows[1:]] + [phones.end]
+    return Tier("words", [(start, end, word) for (start, word), end in zip(rows, ends, strict=True)])
