@@ -1,0 +1,140 @@
+"""Words that follow from words of the lexicon: possessives, inflections, British spellings, compounds."""
+
+import re
+import unicodedata
+from collections.abc import Callable, Iterator
+
+Phones = tuple[str, ...]
+Lookup = Callable[[str], list[Phones]]
+
+_VOICELESS = frozenset(["P", "T", "K", "F", "TH"])
+_SIBILANTS = frozenset(["S", "Z", "SH", "ZH", "CH", "JH"])
+
+_RESPELT = (
+    (r"our(?=$|s$|ed$|ing$|er|able|ful|ist|ite|less|hood)", "or"),
+    (r"is(?=e$|es$|ed$|er$|ers$|ing$|ation$|ations$|able$)", "iz"),
+    (r"ys(?=e$|es$|ed$|er$|ers$|ing$)", "yz"),
+    (r"([^aeiou])re(?=$|s$|d$)", r"\1er"),
+    (r"ll(?=ed$|ing$|er$|ers$|ery$|or$|ors$)", "l"),
+    (r"ogue(?=$|s$)", "og"),
+    (r"mme(?=$|s$)", "m"),
+    (r"ence(?=$|s$|less$)", "ense"),
+    (r"[ao]e", "e"),
+    (r"(?<=lfi|fil|kil)l?(?=l?$)", "l"),
+    (r"sceptic", "skeptic"),
+    (r"plough", "plow"),
+    (r"grey", "gray"),
+    (r"tyre", "tire"),
+    (r"mould", "mold"),
+)
+
+_LIGATURES = str.maketrans({"æ": "ae", "œ": "oe", "ø": "o", "ß": "ss", "ł": "l", "đ": "d", "ð": "th", "þ": "th"})
+
+_SUFFIXES: tuple[tuple[str, Phones], ...] = (
+    ("ly", ("L", "IY")), ("ness", ("N", "AH", "S")), ("less", ("L", "AH", "S")), ("ful", ("F", "AH", "L")),
+    ("ment", ("M", "AH", "N", "T")), ("ship", ("SH", "IH", "P")), ("like", ("L", "AY", "K")),
+)
+_PREFIXES: tuple[tuple[str, Phones], ...] = (
+    ("un", ("AH", "N")), ("non", ("N", "AA", "N")), ("re", ("R", "IY")), ("over", ("OW", "V", "ER")),
+    ("under", ("AH", "N", "D", "ER")), ("mis", ("M", "IH", "S")), ("anti", ("AE", "N", "T", "IY")),
+    ("super", ("S", "UW", "P", "ER")), ("micro", ("M", "AY", "K", "R", "OW")), ("multi", ("M", "AH", "L", "T", "IY")),
+    ("inter", ("IH", "N", "T", "ER")), ("pre", ("P", "R", "IY")), ("semi", ("S", "EH", "M", "IY")),
+)
+
+
+def plain(word: str) -> str:
+    """Return the word in lower case, accents and ligatures taken apart, apostrophes straight, other signs removed."""
+    word = word.replace("\u2019", "'").replace("\u02bc", "'").lower()
+    taken_apart = unicodedata.normalize("NFKD", word.translate(_LIGATURES))
+    return "".join(c for c in taken_apart if "a" <= c <= "z" or c == "'")
+
+
+def derived(key: str, lookup: Lookup) -> list[tuple[Phones, str]]:
+    """Return pronunciations of a word that is not in the lexicon, made from ones that are, each with its derivation.
+
+    Args:
+        key: the word as :func:`plain` gives it.
+        lookup: lexicon word to pronunciations, none where it is absent.
+    """
+    for rule in (_possessive, _respelt, _inflected, _affixed, _compound):
+        for phones, base in rule(key, lookup):
+            return [(phones, f"lexicon ({base})")]
+    return []
+
+
+def _possessive(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    if key.endswith("'s") or key.endswith("s'"):
+        base = key[:-2] if key.endswith("'s") else key[:-1]
+        known = lookup(base) or [p for p, _ in derived(base, lookup)]
+        for phones in known:
+            yield (phones if key.endswith("s'") else (*phones, *_s(phones))), f"{base} + {key[len(base):]}"
+    elif "'" in key and (known := lookup(key.replace("'", ""))):
+        yield known[0], key.replace("'", "")
+
+
+def _respelt(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    for pattern, replacement in _RESPELT:
+        american = re.sub(pattern, replacement, key)
+        if american == key:
+            continue
+        if known := lookup(american):
+            yield known[0], f"spelt {american}"
+        for phones, base in _inflected(american, lookup):
+            yield phones, f"spelt {base}"
+
+
+def _s(phones: Phones) -> Phones:
+    """Return the ending -s as it sounds after ``phones``."""
+    if phones[-1] in _SIBILANTS:
+        return ("IH", "Z")
+    return ("S",) if phones[-1] in _VOICELESS else ("Z",)
+
+
+def _ed(phones: Phones) -> Phones:
+    if phones[-1] in ("T", "D"):
+        return ("IH", "D")
+    return ("T",) if phones[-1] in _VOICELESS | {"S", "SH", "CH"} else ("D",)
+
+
+def _stems(stem: str) -> Iterator[str]:
+    """Yield what a stem may have been before -ed, -ing or -er: as it is, with its e, undoubled, with its y."""
+    yield stem + "e"
+    yield stem
+    if len(stem) > 3 and stem[-1] == stem[-2]:
+        yield stem[:-1]
+    if stem.endswith("i"):
+        yield stem[:-1] + "y"
+
+
+def _inflected(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    endings: tuple[tuple[str, Callable[[Phones], Phones]], ...] = (
+        ("ing", lambda _: ("IH", "NG")), ("ed", _ed), ("ers", lambda _: ("ER", "Z")), ("er", lambda _: ("ER",)),
+    )
+    for ending, sound in endings:
+        if key.endswith(ending) and len(key) > len(ending) + 2:
+            for stem in _stems(key[: -len(ending)]):
+                for phones in lookup(stem)[:1]:
+                    yield phones + sound(phones), f"{stem} + {ending}"
+    if key.endswith("s") and len(key) > 3:
+        for stem in (key[:-1], key[:-2] if key.endswith("es") else "", key[:-3] + "y" if key.endswith("ies") else ""):
+            for phones in lookup(stem)[:1] if stem else []:
+                yield phones + _s(phones), f"{stem} + s"
+
+
+def _affixed(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    for suffix, sound in _SUFFIXES:
+        for stem in (key[: -len(suffix)], key[: -len(suffix) - 1] + "y") if key.endswith(suffix) else ():
+            for phones in lookup(stem)[:1] if len(stem) > 2 else []:
+                yield phones + sound, f"{stem} + {suffix}"
+    for prefix, sound in _PREFIXES:
+        rest = key.removeprefix(prefix)
+        if rest != key and len(rest) > 3:
+            for phones in lookup(rest)[:1] or [p for p, _ in _inflected(rest, lookup)][:1]:
+                yield sound + phones, f"{prefix} + {rest}"
+
+
+def _compound(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    for cut in range(len(key) - 4, 3, -1):
+        first, second = lookup(key[:cut]), lookup(key[cut:])
+        if first and second:
+            yield first[0] + second[0], f"{key[:cut]} + {key[cut:]}"
