@@ -1,0 +1,154 @@
+"""The linguistic tree of an utterance: for each segment of its phones tier, where it stands on every level."""
+
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+
+import numpy as np
+
+from dnnvss.phones import SILENCE, SILENCES, VOWELS, phone_id
+from dnnvss.text.breaks import words_and_breaks
+from dnnvss.text.syllables import syllable_starts
+from dnnvss.timing import Alignment
+
+
+@dataclass(frozen=True)
+class LinguisticTree:
+    """Indices, positions and counts over the N segments of the tier ``phones``; every array has shape (N,), int64.
+
+    An index or position is counted from 0 and is -1 in silence; a count of what a level holds is 0 in silence. Words
+    without phones of their own are left out, so indices have no holes.
+
+    Args:
+        syllable, word, phrase: index of the unit in the utterance.
+        phone_in_syllable, phones_in_syllable: position of the phone in its syllable, and the syllable's phones.
+        phone_in_word, phones_in_word: the same for the word.
+        syllable_in_word, syllables_in_word: position of the syllable in its word, and the word's syllables.
+        syllable_in_phrase, syllables_in_phrase: the same for the phrase.
+        word_in_phrase, words_in_phrase: position of the word in its phrase, and the phrase's words.
+        vowel: True for the nucleus of a syllable.
+        phones, syllables, words, phrases: numbers of spoken phones, syllables, words and phrases of the utterance.
+    """
+
+    syllable: np.ndarray
+    word: np.ndarray
+    phrase: np.ndarray
+    phone_in_syllable: np.ndarray
+    phones_in_syllable: np.ndarray
+    phone_in_word: np.ndarray
+    phones_in_word: np.ndarray
+    syllable_in_word: np.ndarray
+    syllables_in_word: np.ndarray
+    syllable_in_phrase: np.ndarray
+    syllables_in_phrase: np.ndarray
+    word_in_phrase: np.ndarray
+    words_in_phrase: np.ndarray
+    vowel: np.ndarray
+    phones: int
+    syllables: int
+    words: int
+    phrases: int
+
+
+def linguistic_tree(alignment: Alignment, text: str) -> LinguisticTree:
+    """Return the tree of an utterance: a function of its alignment and text alone.
+
+    Words come from the tier ``words`` (the label ``""`` is a pause), syllables from their phones by maximal onset.
+    A phrase ends where a ``sil`` stands between words, and at a comma, semicolon, colon, full stop, dash or the like
+    after a word of the text; words of text and tier are matched in order, and where they do not agree the punctuation
+    is ignored.
+
+    Args:
+        alignment: with tiers ``phones`` (the 41 labels) and ``words``.
+        text: the words as written; may be empty.
+
+    Raises:
+        DnnvssError: a tier is missing, or a label of ``phones`` is unknown.
+    """
+    labels = alignment["phones"].labels
+    for label in labels:
+        phone_id(label)
+    spoken = np.array([label not in SILENCES for label in labels])
+    owner = _owners(alignment, spoken)
+    word = _renumbered(owner)
+    syllable = _syllables(labels, word)
+    phrase = _phrases(alignment, text, owner, word)
+    return _counted(syllable, word, phrase, np.array([label in VOWELS for label in labels]))
+
+
+def _owners(alignment: Alignment, spoken: np.ndarray) -> np.ndarray:
+    """Return for each phone the index (N,) of its segment in the words tier by its midpoint, -1 for silence.
+
+    A spoken phone inside a pause belongs to the nearest word; where the tier has no word, to the pause itself.
+    """
+    phones, words = alignment["phones"], alignment["words"]
+    middles = (phones.edges[:-1] + phones.edges[1:]) / 2
+    named = np.array([i for i, label in enumerate(words.labels) if label.strip()] or range(len(words)))
+    starts, ends = words.edges[:-1][named], words.edges[1:][named]
+    distance = np.maximum(np.maximum(starts - middles[:, None], middles[:, None] - ends), 0.0)
+    return np.where(spoken, named[distance.argmin(axis=1)], -1)
+
+
+def _renumbered(owner: np.ndarray) -> np.ndarray:
+    """Return owners numbered 0, 1, 2... in order, -1 kept."""
+    kept = np.unique(owner[owner >= 0])
+    return np.where(owner >= 0, np.searchsorted(kept, owner), -1)
+
+
+def _syllables(labels: tuple[str, ...], word: np.ndarray) -> np.ndarray:
+    """Return the index (N,) of each phone's syllable, -1 in silence."""
+    syllable, count = np.full(len(word), -1), 0
+    for w in range(word.max(initial=-1) + 1):
+        members = np.flatnonzero(word == w)
+        starts = np.zeros(len(members), int)
+        starts[syllable_starts([labels[i] for i in members])] = 1
+        syllable[members] = count + np.cumsum(starts) - 1
+        count = int(syllable[members[-1]]) + 1
+    return syllable
+
+
+def _phrases(alignment: Alignment, text: str, owner: np.ndarray, word: np.ndarray) -> np.ndarray:
+    """Return the index (N,) of each phone's phrase, -1 in silence."""
+    ends = _punctuated(alignment["words"].labels, text)
+    phrase, current, previous, silent = np.full(len(word), -1), 0, -1, False
+    for i, label in enumerate(alignment["phones"].labels):
+        if word[i] < 0:
+            silent = silent or label == SILENCE
+            continue
+        if previous >= 0 and word[i] != word[previous] and (silent or owner[previous] in ends):
+            current += 1
+        phrase[i], previous, silent = current, i, False
+    return phrase
+
+
+def _punctuated(labels: tuple[str, ...], text: str) -> set[int]:
+    """Return the segments of the words tier after which the text has punctuation that ends a phrase."""
+    tier = [(i, label.strip().lower()) for i, label in enumerate(labels) if label.strip()]
+    written = words_and_breaks(text)
+    matcher = SequenceMatcher(None, [w for _, w in tier], [w for w, _ in written], autojunk=False)
+    return {tier[a + k][0] for a, b, n in matcher.get_matching_blocks() for k in range(n) if written[b + k][1]}
+
+
+def _inside(unit: np.ndarray, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the position of each ``unit`` in its ``outer`` unit and the outer unit's count, each (N,)."""
+    position, count = np.full(len(unit), -1), np.zeros(len(unit), int)
+    for o in range(outer.max(initial=-1) + 1):
+        members = outer == o
+        kinds = np.unique(unit[members])
+        position[members], count[members] = np.searchsorted(kinds, unit[members]), len(kinds)
+    return position, count
+
+
+def _counted(syllable: np.ndarray, word: np.ndarray, phrase: np.ndarray, vowel: np.ndarray) -> LinguisticTree:
+    spoken = word >= 0
+    phone = np.where(spoken, np.cumsum(spoken) - 1, -1)
+    phone_in_syllable, phones_in_syllable = _inside(phone, syllable)
+    phone_in_word, phones_in_word = _inside(phone, word)
+    syllable_in_word, syllables_in_word = _inside(syllable, word)
+    syllable_in_phrase, syllables_in_phrase = _inside(syllable, phrase)
+    word_in_phrase, words_in_phrase = _inside(word, phrase)
+    return LinguisticTree(
+        syllable, word, phrase, phone_in_syllable, phones_in_syllable, phone_in_word, phones_in_word,
+        syllable_in_word, syllables_in_word, syllable_in_phrase, syllables_in_phrase, word_in_phrase, words_in_phrase,
+        vowel, int(spoken.sum()), int(syllable.max(initial=-1)) + 1, int(word.max(initial=-1)) + 1,
+        int(phrase.max(initial=-1)) + 1,
+    )  # fmt: skip
