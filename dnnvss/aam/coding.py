@@ -1,0 +1,119 @@
+"""Encoding of whole clips: pose over time, outliers, the clip's mean, and the error of reconstruction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dnnvss.aam.clips import Clip, ClipCode
+from dnnvss.aam.model import ActiveAppearanceModel
+from dnnvss.aam.outliers import shape_distance
+from dnnvss.aam.pose import fill_invalid, to_reference
+from dnnvss.errors import DnnvssError
+
+
+class UnusableClipError(DnnvssError):
+    """No frame of a clip can be used."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was seen of a clip: reference shapes (F, P, 2), textures (F, N, 3) uint8, and its code."""
+
+    shapes: np.ndarray
+    textures: np.ndarray
+    code: ClipCode
+
+
+def encode_clip(
+    model: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, valid: np.ndarray, rate: float
+) -> ClipCode:
+    """Return the code of a clip of pictures (F, H, W_, 3), all their landmarks (F, L, 2) in pixels, and valid (F,).
+
+    Head pose is measured on the stable points and smoothed; frames beyond the model's limits are marked invalid; the
+    clip's mean shape and texture over its valid frames become its offsets (zero where the model keeps clip means).
+
+    Raises:
+        UnusableClipError: no frame is usable.
+    """
+    clip = Clip("clip", rate, lambda: (points, valid), lambda: images)
+    return measure_clip(model, clip).code
+
+
+def measure_clip(model: ActiveAppearanceModel, clip: Clip) -> Measured:
+    """Return shapes, textures and code of a clip (see :func:`encode_clip`)."""
+    points, valid = clip.read_points(model.layout.needed)
+    images = clip.read_images(len(points))
+    layout, limits = model.layout, model.limits
+    far = {"stable points": valid & (model.reference.residual(points[:, layout.stable]) > limits.stable)}
+    valid = valid & ~far["stable points"]
+    _need(valid, clip.id)
+    shapes, _ = _shapes(model, points, valid, clip.rate)
+    centre = np.median(shapes[valid], axis=0)
+    far["shape"] = valid & (shape_distance(shapes, centre, model.spread) > limits.shape)
+    valid = valid & ~far["shape"]
+    _need(valid, clip.id)
+    shapes, pose = _shapes(model, points, valid, clip.rate)
+    textures = np.stack([model.warp.sample(i, p) for i, p in zip(images, points[:, layout.rows], strict=True)])
+    code, far["texture"] = _project(model, shapes, textures, pose, valid)
+    if far["texture"].any():
+        _need(valid & ~far["texture"], clip.id)
+        code, _ = _project(model, shapes, textures, pose, valid & ~far["texture"])
+    outliers = {reason: np.flatnonzero(mask).tolist() for reason, mask in far.items() if mask.any()}
+    code = ClipCode(code.parameters, code.pose, code.shape_offset, code.texture_offset, code.valid, outliers)
+    return Measured(shapes, textures, code)
+
+
+def reconstruct(model: ActiveAppearanceModel, code: ClipCode) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (F, P, 2) in picture pixels and textures (F, N, 3) of a clip, with its offsets and pose."""
+    points, textures = model.decode(code.parameters)
+    return model.place(points + code.shape_offset, code.pose), textures + code.texture_offset
+
+
+def clip_errors(model: ActiveAppearanceModel, measured: Measured) -> np.ndarray:
+    """Return squared errors (2, 2) summed over the clip's valid frames and their number of frames, as (3, 2).
+
+    Rows: with the clip's offsets, without them, count. Columns: mean squared distance of the points in picture pixels,
+    mean squared difference of the texture in grey levels, each summed over frames.
+    """
+    code = measured.code
+    keep = code.valid
+    scale = np.hypot(code.pose[keep, 0], code.pose[keep, 1])
+    points, textures = model.decode(code.parameters[keep])
+    rows = []
+    for shape_offset, texture_offset in ((code.shape_offset, code.texture_offset), (0.0, 0.0)):
+        gap = ((measured.shapes[keep] - points - shape_offset) ** 2).sum(axis=-1).mean(axis=-1) * scale**2
+        grey = ((measured.textures[keep] - textures - texture_offset) ** 2).mean(axis=(1, 2))
+        rows.append((float(gap.sum()), float(grey.sum())))
+    return np.array([*rows, (keep.sum(), keep.sum())], dtype=np.float64)
+
+
+def _shapes(
+    model: ActiveAppearanceModel, points: np.ndarray, valid: np.ndarray, rate: float
+) -> tuple[np.ndarray, np.ndarray]:
+    pose = model.reference.poses(points[:, model.layout.stable], valid, rate)
+    return to_reference(points[:, model.layout.rows], pose, model.reference.pivot), pose
+
+
+def _project(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, pose: np.ndarray, valid: np.ndarray
+) -> tuple[ClipCode, np.ndarray]:
+    """Return the code with the means of the valid frames removed, and the frames whose texture is far out (F,)."""
+    shape_offset, texture_offset = np.zeros_like(model.mean_shape), np.zeros_like(model.mean_texture)
+    if model.config.clip_means:
+        shape_offset = shapes[valid].mean(axis=0) - model.mean_shape
+        texture_offset = textures[valid].mean(axis=0, dtype=np.float32) - model.mean_texture
+    centred = textures - (model.mean_texture + texture_offset)
+    parameters = model.project(shapes - model.mean_shape - shape_offset, centred)
+    residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
+    distance = np.sqrt((residual**2).mean(axis=(1, 2)))
+    size = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
+    far = valid & ((distance > model.limits.texture) | (size > model.limits.parameters))
+    code = ClipCode(fill_invalid(parameters, valid), pose.astype(np.float32), shape_offset.astype(np.float32),
+                    texture_offset.astype(np.float32), valid)
+    return code, far
+
+
+def _need(valid: np.ndarray, utterance: str) -> None:
+    if not valid.any():
+        raise UnusableClipError("no frame has usable landmarks", utterance=utterance,
+                                remedy="Drop the utterance from the corpus, or give landmarks of better quality")

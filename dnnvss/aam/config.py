@@ -1,0 +1,80 @@
+"""The settings of the active appearance model."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from dnnvss.aam.points import PointSet
+from dnnvss.errors import DnnvssError
+
+
+@dataclass(frozen=True)
+class AAMConfig:
+    """How the model is fitted; the defaults are those of ``conf/aam/default.yaml``.
+
+    Args:
+        points: the point set.
+        kind: ``"combined"`` (modes of shape and texture together) or ``"separate"`` (shape modes, then texture modes).
+        modes: combined modes: a number, or the share of variance to keep if it is below 1.
+        shape_modes, texture_modes: the same for the separate kind.
+        shape_weight: weight of shape against texture in the combined kind, times the balanced weight
+            sqrt(texture variance / shape variance).
+        scale: texture pixels per video pixel, along each axis.
+        pose_smoothing: time constant in seconds over which head pose is smoothed; 0 leaves it as tracked.
+        clip_means: remove each clip's mean shape and texture before the modes are learnt.
+        texture_frames: number of frames whose texture is read to learn the modes.
+        texture_every: one frame in this many is read from a clip.
+        outlier: robust standard deviations beyond which a frame is left out.
+        seed: seed of the choice of frames and of the randomised decomposition.
+    """
+
+    points: PointSet = field(default_factory=PointSet)
+    kind: str = "combined"
+    modes: float = 30
+    shape_modes: float = 12
+    texture_modes: float = 30
+    shape_weight: float = 1.0
+    scale: float = 1.0
+    pose_smoothing: float = 0.2
+    clip_means: bool = True
+    texture_frames: int = 6000
+    texture_every: int = 5
+    outlier: float = 10.0
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing."""
+        if self.kind not in ("combined", "separate"):
+            raise DnnvssError(f"aam.kind is {self.kind!r}", remedy="Choose combined or separate")
+        for name in ("modes", "shape_modes", "texture_modes", "shape_weight", "scale", "texture_frames",
+                     "texture_every", "outlier"):
+            if not getattr(self, name) > 0:
+                raise DnnvssError(f"aam.{name} is {getattr(self, name)}", remedy="Give a number above 0")
+        if self.pose_smoothing < 0:
+            raise DnnvssError(f"aam.pose_smoothing is {self.pose_smoothing}", remedy="Give seconds, 0 for none")
+
+    @classmethod
+    def from_dict(cls, value: Mapping[str, Any]) -> "AAMConfig":
+        """Return the settings that plain containers (YAML) describe; what is absent keeps its default.
+
+        Raises:
+            DnnvssError: an unknown key or a value out of range.
+        """
+        known = {f.name for f in fields(cls)}
+        if unknown := sorted(set(value) - known):
+            raise DnnvssError(f"unknown setting aam.{unknown[0]}", remedy=f"Use some of {sorted(known)}")
+        plain = dict(value)
+        if "points" in plain and not isinstance(plain["points"], PointSet):
+            plain["points"] = PointSet.from_dict(plain["points"])
+        return cls(**plain)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain containers, the inverse of :meth:`from_dict`."""
+        return {f.name: getattr(self, f.name) for f in fields(self)} | {"points": self.points.to_dict()}
+
+    def key(self, *more: Any) -> str:
+        """Return a short hash of the settings and of ``more`` (plain containers)."""
+        text = json.dumps([self.to_dict(), *more], sort_keys=True, default=list)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]

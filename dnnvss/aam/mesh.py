@@ -1,0 +1,112 @@
+"""The triangle mesh over a shape, and the piecewise affine warp of a picture to it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+import scipy.sparse
+from scipy.spatial import Delaunay
+
+_ROW = 256
+"""Width of the map handed to ``cv2.remap``, which takes no more than 32767 pixels in a row."""
+
+
+def triangulate(points: np.ndarray) -> np.ndarray:
+    """Return the Delaunay triangles (K, 3) of points (P, 2), all turning the same way; slivers are left out."""
+    triangles = Delaunay(points).simplices
+    area = signed_area(points, triangles)
+    triangles = np.where((area < 0)[:, None], triangles[:, ::-1], triangles)
+    sides = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+    longest = np.linalg.norm(sides, axis=-1).max(axis=1)
+    return triangles[np.abs(area) > 0.02 * longest**2].astype(np.int32)
+
+
+def signed_area(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the signed areas (K,) in square pixels of triangles over points (P, 2)."""
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    return 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+
+
+def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the barycentric coordinates (N, 3) of points (N, 2) in a triangle (3, 2)."""
+    basis = np.column_stack([corners[1] - corners[0], corners[2] - corners[0]])
+    uv = np.linalg.solve(basis, (points - corners[0]).T).T
+    return np.column_stack([1 - uv.sum(axis=1), uv])
+
+
+@dataclass(frozen=True)
+class Warp:
+    """A mesh in its reference shape, and the texture pixels whose centres lie inside it.
+
+    Args:
+        shape: reference shape (P, 2) in reference pixels.
+        triangles: corners (K, 3) of each triangle.
+        scale: texture pixels per reference pixel.
+    """
+
+    shape: np.ndarray
+    triangles: np.ndarray
+    scale: float = 1.0
+
+    @cached_property
+    def origin(self) -> np.ndarray:
+        """The reference point (2,) at the outer corner of the texture's top left pixel."""
+        return np.floor(self.shape.min(axis=0))
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the texture's picture in texture pixels."""
+        width, height = np.ceil((self.shape.max(axis=0) - self.origin) * self.scale).astype(int)
+        return int(height), int(width)
+
+    @cached_property
+    def _samples(self) -> tuple[np.ndarray, scipy.sparse.csr_matrix]:
+        height, width = self.size
+        owner = np.full((height, width), -1)
+        weights = np.zeros((height, width, 3))
+        for k, triangle in enumerate(self.triangles):
+            corners = (self.shape[triangle] - self.origin) * self.scale
+            low = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
+            high = np.minimum(np.ceil(corners.max(axis=0)).astype(int), (width, height))
+            x, y = (a.ravel() for a in np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1])))
+            coordinates = barycentric(np.column_stack([x, y]) + 0.5, corners)
+            inside = (coordinates > -1e-9).all(axis=1)
+            owner[y[inside], x[inside]] = k
+            weights[y[inside], x[inside]] = coordinates[inside]
+        pixels = np.flatnonzero(owner.ravel() >= 0)
+        columns = self.triangles[owner.ravel()[pixels]]
+        matrix = scipy.sparse.csr_matrix(
+            (weights.reshape(-1, 3)[pixels].ravel().astype(np.float32), columns.ravel(),
+             np.arange(len(pixels) + 1) * 3), shape=(len(pixels), len(self.shape)))
+        return pixels, matrix
+
+    @property
+    def pixels(self) -> np.ndarray:
+        """Positions (N,) of the texture's pixels in its picture, row after row."""
+        return self._samples[0]
+
+    @property
+    def matrix(self) -> scipy.sparse.csr_matrix:
+        """Barycentric weights (N, P): pixel centres as sums of mesh points."""
+        return self._samples[1]
+
+    def sample(self, image: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the texture (N, C) of a picture (H, W_, C) under mesh points (P, 2) in picture pixels.
+
+        A pixel of the texture keeps its barycentric coordinates; the picture is read there bilinearly. The type is
+        the picture's (``uint8`` or ``float32``).
+        """
+        count = len(self.pixels)
+        maps = np.zeros((-(-count // _ROW) * _ROW, 2), dtype=np.float32)
+        maps[:count] = self.matrix @ points.astype(np.float32) - np.float32(0.5)  # remap counts from pixel centres
+        grid = maps.reshape(-1, _ROW, 2)
+        texture = cv2.remap(image, grid[..., 0], grid[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return texture.reshape(len(maps), -1)[:count]
+
+    def picture(self, texture: np.ndarray, fill: float = 0.0) -> np.ndarray:
+        """Return the texture (N, C) as a picture (H, W_, C) in the reference shape, ``fill`` outside the mesh."""
+        height, width = self.size
+        canvas = np.full((height * width, texture.shape[-1]), fill, dtype=texture.dtype)
+        canvas[self.pixels] = texture
+        return canvas.reshape(height, width, -1)

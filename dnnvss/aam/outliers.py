@@ -1,0 +1,51 @@
+"""Frames that are far out, found by median and median absolute deviation before anything is fitted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_TO_SIGMA = 1.4826
+"""A normal distribution's standard deviation in median absolute deviations."""
+
+
+def robust_limit(values: np.ndarray, deviations: float) -> float:
+    """Return the value (one-sided) that lies ``deviations`` robust standard deviations above the median.
+
+    The robust standard deviation is 1.4826 times the median absolute deviation, and at least 1 % of the median, so
+    that noiseless data keeps its frames.
+    """
+    middle = float(np.median(values))
+    spread = _TO_SIGMA * float(np.median(np.abs(values - middle)))
+    return middle + deviations * max(spread, 0.01 * abs(middle), 1e-9)
+
+
+def spread_of(values: np.ndarray) -> np.ndarray:
+    """Return the robust standard deviation of each column of centred values (F, ...); no less than 1e-3."""
+    return np.maximum(_TO_SIGMA * np.median(np.abs(values), axis=0), 1e-3)
+
+
+def shape_distance(shapes: np.ndarray, centre: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Return the distance (F,) of shapes (F, P, 2) from ``centre``: the RMS over coordinates, each by its spread."""
+    return np.sqrt((((shapes - centre) / spread) ** 2).mean(axis=(1, 2)))
+
+
+def texture_distance(textures: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """Return the RMS difference (F,) in grey levels of textures (F, N, 3) from ``centre`` (N, 3)."""
+    return np.array([np.sqrt(np.mean((t.astype(np.float32) - centre) ** 2)) for t in textures])
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The largest values that a frame may have; one above them is an outlier.
+
+    Args:
+        stable: RMS distance of the stable points from the reference, in pixels.
+        shape: distance of the shape from its clip's median (:func:`shape_distance`).
+        texture: RMS difference between the texture and the model's reconstruction of it, in grey levels.
+        parameters: root mean square of the parameters in standard deviations of their modes.
+    """
+
+    stable: float
+    shape: float
+    texture: float
+    parameters: float

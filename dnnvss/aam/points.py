@@ -1,0 +1,138 @@
+"""Point sets: which landmarks of a corpus are modelled, which are stable, and where the mouth's contours run."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+
+Choice = tuple[int, ...] | str
+"""Indices inside a landmark group, or ``"all"``."""
+Groups = Mapping[str, Sequence[int]]
+"""Name of a landmark group to the half-open range of its rows (``CorpusInfo.landmark_groups``)."""
+
+_REMEDY = "Name the groups of the corpus's corpus.json (landmark_groups) in the point set of conf/aam"
+
+
+def _lips_jaw_nostrils() -> dict[str, Choice]:
+    return {"lips_outer": (0, 2, 4, 5, 6, 8, 10, 12, 14, 15, 16, 18), "lips_inner": (0, 3, 5, 7, 10, 13, 15, 17),
+            "face_oval": (11, 13, 14, 16, 18, 20, 22, 23, 25), "nose_base": (0, 2, 3, 4, 6)}
+
+
+def _upper_face() -> dict[str, Choice]:
+    return {"right_eye": "all", "left_eye": "all", "nose_bridge": (0, 1, 2, 3)}
+
+
+@dataclass(frozen=True)
+class PointSet:
+    """The landmarks that a model uses, named by group so that any corpus can be served.
+
+    Args:
+        name: name of the set, shown in reports.
+        points: landmark group to the indices (inside the group) that are modelled; their order is the model's order.
+        stable: group to the indices of points that speech does not move; head pose is measured on them.
+        lips_outer, lips_inner: the modelled groups that run round the lips, each a closed contour in order.
+        eyes: groups that run round an eye, where the corpus has any; a neutral frame has them open.
+    """
+
+    name: str = "lips_jaw_nostrils"
+    points: Mapping[str, Choice] = field(default_factory=_lips_jaw_nostrils)
+    stable: Mapping[str, Choice] = field(default_factory=_upper_face)
+    lips_outer: str = "lips_outer"
+    lips_inner: str = "lips_inner"
+    eyes: tuple[str, ...] = ("right_eye", "left_eye")
+
+    @classmethod
+    def from_dict(cls, value: Mapping[str, Any]) -> "PointSet":
+        """Return the set that plain containers (YAML) describe.
+
+        Raises:
+            DnnvssError: an unknown key, or a choice that is neither ``all`` nor a list of whole numbers.
+        """
+        known = {f.name for f in fields(cls)}
+        if unknown := sorted(set(value) - known):
+            raise DnnvssError(f"unknown key {unknown[0]!r} in a point set", remedy=f"Use some of {sorted(known)}")
+        plain = dict(value)
+        for key in ("points", "stable"):
+            if key in plain:
+                plain[key] = {group: _choice(group, choice) for group, choice in plain[key].items()}
+        if "eyes" in plain:
+            plain["eyes"] = tuple(plain["eyes"])
+        return cls(**plain)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain containers, the inverse of :meth:`from_dict`."""
+        lists = {key: {g: c if isinstance(c, str) else list(c) for g, c in getattr(self, key).items()}
+                 for key in ("points", "stable")}
+        return {"name": self.name, **lists, "lips_outer": self.lips_outer, "lips_inner": self.lips_inner,
+                "eyes": list(self.eyes)}
+
+    def layout(self, groups: Groups) -> "Layout":
+        """Return the rows of a corpus's landmark array that the set means.
+
+        Raises:
+            DnnvssError: a group that the corpus lacks, an index outside it, a point named twice, or too few points.
+        """
+        rows = {group: _rows(groups, group, choice) for group, choice in self.points.items()}
+        stable = np.concatenate([_rows(groups, g, c) for g, c in self.stable.items()] or [np.empty(0, int)])
+        eyes = tuple(_rows(groups, g, "all") for g in self.eyes)
+        for lips in (self.lips_outer, self.lips_inner):
+            if len(rows.get(lips, ())) < 4:
+                raise DnnvssError(f"point set {self.name!r} models {len(rows.get(lips, ()))} points of {lips!r}, and a "
+                                  "mouth contour needs 4", remedy=_REMEDY)
+        if len(stable) < 2:
+            raise DnnvssError(f"point set {self.name!r} has {len(stable)} stable points, and head pose needs 2",
+                              remedy=_REMEDY)
+        modelled = np.concatenate(list(rows.values()))
+        if len(set(modelled)) < len(modelled):
+            raise DnnvssError(f"point set {self.name!r} names a landmark twice", remedy=_REMEDY)
+        starts = np.cumsum([0, *[len(r) for r in rows.values()]])
+        own = {group: np.arange(a, a + len(r)) for (group, r), a in zip(rows.items(), starts[:-1], strict=True)}
+        return Layout(modelled, stable, own, own[self.lips_outer], own[self.lips_inner], eyes)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A point set resolved for a corpus.
+
+    Args:
+        rows: rows (P,) of the corpus's landmark array that are modelled.
+        stable: rows of the stable points.
+        groups: modelled group to its positions among the P points.
+        outer, inner: positions among the P points of the two lip contours.
+        eyes: rows of the landmark array round each eye.
+    """
+
+    rows: np.ndarray
+    stable: np.ndarray
+    groups: dict[str, np.ndarray]
+    outer: np.ndarray
+    inner: np.ndarray
+    eyes: tuple[np.ndarray, ...]
+
+    @cached_property
+    def needed(self) -> int:
+        """The number of rows that a landmark array must have at least."""
+        return int(max(self.rows.max(), self.stable.max())) + 1
+
+
+def _choice(group: str, choice: Any) -> Choice:
+    if choice == "all":
+        return "all"
+    if isinstance(choice, str) or not all(isinstance(i, int) and not isinstance(i, bool) for i in choice):
+        raise DnnvssError(f"points of {group!r} are {choice!r}", remedy="Write a list of indices, or all")
+    return tuple(choice)
+
+
+def _rows(groups: Groups, group: str, choice: Choice) -> np.ndarray:
+    if group not in groups:
+        raise DnnvssError(f"no landmark group {group!r} among {sorted(groups)}", remedy=_REMEDY)
+    start, stop = groups[group]
+    indices = np.arange(stop - start) if isinstance(choice, str) else np.asarray(choice, dtype=int)
+    if len(indices) and not (indices.min() >= 0 and indices.max() < stop - start):
+        raise DnnvssError(f"landmark group {group!r} has {stop - start} points, and index {int(indices.max())} was "
+                          "asked for", remedy=_REMEDY)
+    return start + indices
