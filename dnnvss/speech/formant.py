@@ -1,0 +1,306 @@
+"""The built-in voice: a small source-filter formant synthesiser that speaks any alignment exactly.
+
+A train of glottal pulses and noise of breath pass a cascade of formant resonators (Klatt, *Software for a
+cascade/parallel formant synthesizer*, J. Acoust. Soc. Am. 67(3), 1980); frication and bursts are noise shaped in
+parallel. Formants glide between the targets of :mod:`dnnvss.speech.formant_table`, consonant targets lean toward their
+vowels (locus equations), and pitch falls over each phrase with a rise on the longer vowels.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.ndimage
+import scipy.signal
+
+from dnnvss.errors import DnnvssError
+from dnnvss.phones import SILENCES
+from dnnvss.speech.formant_table import NOISES, Sound, sound
+from dnnvss.timing import Alignment, FrameClock
+
+_STEP = 0.0025  # seconds between updates of the filters
+_GLIDE = 0.045  # seconds that formants take from a consonant to its vowel, at most
+_BURST, _BREATH = 0.012, 0.045  # seconds of a stop's burst, and of the breath after a voiceless one
+_UPPER = ((3400.0, 200.0), (4300.0, 280.0), (5300.0, 350.0), (6400.0, 450.0), (7500.0, 600.0))
+_NASAL_POLE = 270.0
+_PEAK = 0.6
+
+
+class _Piece(NamedTuple):
+    """A spoken phone with its sound, its times in seconds, and the F2 of the nearest vowel on either side."""
+
+    start: float
+    end: float
+    phone: str
+    sound: Sound
+    before: float
+    after: float
+    breathy: bool  # a voiceless stop whose release is aspirated
+
+
+def synthesise(alignment: Alignment, rate: int = 16000, seed: int = 0, f0: float = 110.0) -> np.ndarray:
+    """Return speech for an alignment, float32 in [-1, 1], shape (n,), n being the samples between its ends.
+
+    Args:
+        alignment: with the tier ``phones``; every phone sounds exactly where it stands.
+        rate: samples a second, 8000 to 48000.
+        seed: of the noise and of the voice's small irregularities.
+        f0: mean pitch in Hz, 50 to 400; above 160 the vocal tract is made a seventh shorter.
+
+    Raises:
+        DnnvssError: a phone is unknown, or rate or pitch are out of range.
+    """
+    if not 8000 <= rate <= 48000 or not 50 <= f0 <= 400:
+        raise DnnvssError(f"cannot speak at {rate} samples a second and a pitch of {f0} Hz",
+                          remedy="Give rate=8000 to 48000 and f0=50 to 400")
+    edges = FrameClock(rate).edges(np.array([alignment.start, alignment.end]))
+    count = int(edges[1] - edges[0])
+    pieces = _pieces(alignment)
+    rng = np.random.default_rng(seed)
+    if not pieces or not count:
+        return np.zeros(count, np.float32)
+    times = alignment.start + (np.arange(count) + 0.5) / rate
+    pulses, opening = _voice(_pitch(pieces, alignment, times, f0, rng), rate, rng)
+    voicing, breath = _track(times, _voicing(pieces)), _track(times, _breath(pieces))
+    source = pulses * voicing + rng.standard_normal(count) * breath * 0.25
+    spoken = _filtered(source, pieces, alignment.start, rate, 1.14 if f0 > 160 else 1.0)
+    spoken += _noise(pieces, times, voicing, opening, rate, rng)
+    spoken *= _PEAK / max(float(np.abs(spoken).max()), 1e-9)
+    return spoken.astype(np.float32)
+
+
+def _pieces(alignment: Alignment) -> list[_Piece]:
+    segments = list(alignment["phones"])
+    sounds = [None if s.label in SILENCES else sound(s.label) for s in segments]
+    pieces = []
+    for i, (segment, own) in enumerate(zip(segments, sounds, strict=True)):
+        if own is None:
+            continue
+        following = segments[i + 1].label if i + 1 < len(segments) else "sil"
+        previous = segments[i - 1].label if i else "sil"
+        breathy = own.kind == "stop" and not own.voice and previous != "S" and (
+            following in SILENCES or sound(following).voice > 0.5)
+        pieces.append(_Piece(*segment, own, _nearest_f2(sounds[:i][::-1], "end"), _nearest_f2(sounds[i + 1 :], "start"),
+                             breathy))
+    return pieces
+
+
+def _nearest_f2(sounds: list[Sound | None], side: str) -> float:
+    """Return F2 in Hz of the first vowel or glide of a row, 1450 if a silence comes first."""
+    for other in sounds:
+        if other is None:
+            break
+        if other.kind in ("vowel", "glide"):
+            return float(getattr(other, side)[1])
+    return 1450.0
+
+
+def _release(piece: _Piece) -> float:
+    """Return when the closure of a stop or affricate opens, in seconds."""
+    length = piece.end - piece.start
+    if piece.sound.kind == "affricate":
+        return piece.end - 0.6 * length
+    return piece.end - min(0.6 * length, _BURST + (_BREATH if piece.breathy else 0.005))
+
+
+# ---- tracks: rows of (start, end, value) that are joined by short ramps ----------------------------------------------
+
+
+def _track(times: np.ndarray, rows: list[tuple[float, float, float]], ramp: float = 0.006) -> np.ndarray:
+    """Return a curve (n,) that has each row's value between its times, 0 elsewhere, with ramps of some milliseconds."""
+    rate = 1 / (times[1] - times[0]) if len(times) > 1 else 1.0
+    curve = np.zeros(len(times))
+    for start, end, value in rows:
+        first, last = np.searchsorted(times, [start, end])
+        curve[first:last] = value
+    width = max(int(ramp * rate), 1)
+    return scipy.ndimage.uniform_filter1d(scipy.ndimage.uniform_filter1d(curve, width, mode="constant"), width,
+                                          mode="constant")
+
+
+def _voicing(pieces: list[_Piece]) -> list[tuple[float, float, float]]:
+    rows = []
+    for p in pieces:
+        if p.sound.kind in ("stop", "affricate"):
+            rows.append((p.start, _release(p), p.sound.voice))
+            rows.append((_release(p), p.end, p.sound.voice * 1.5))
+        else:
+            rows.append((p.start, p.end, p.sound.voice))
+    return rows
+
+
+def _breath(pieces: list[_Piece]) -> list[tuple[float, float, float]]:
+    """Return the breath: of HH, of voiceless stops after their burst, and a little in every voiced sound."""
+    rows = []
+    for p in pieces:
+        if p.sound.kind == "aspirate":
+            rows.append((p.start, p.end, 0.5))
+        elif p.breathy:
+            rows.append((_release(p) + _BURST / 2, p.end, 0.45))
+        elif p.sound.voice > 0.5:
+            rows.append((p.start, p.end, 0.015))
+    return rows
+
+
+def _noise(pieces: list[_Piece], times: np.ndarray, voicing: np.ndarray, opening: np.ndarray, rate: int,
+           rng: np.random.Generator) -> np.ndarray:
+    """Return frication and bursts (n,); in voiced sounds the noise comes and goes with the glottal opening."""
+    rows: dict[str, list[tuple[float, float, float]]] = {}
+    for p in pieces:
+        if not p.sound.noise:
+            continue
+        name, start, end = p.sound.noise, p.start, p.end
+        if p.sound.kind in ("stop", "affricate"):
+            start = _release(p)
+            end = end if p.sound.kind == "affricate" else min(p.end, start + _BURST)
+        if name == "burst-velar" and (p.after if p.after != 1450.0 else p.before) > 1600:
+            name = "burst-palatal"
+        rows.setdefault(name, []).append((start, end, p.sound.hiss))
+    total = np.zeros(len(times))
+    modulation = np.where(voicing > 0.1, 0.4 + 1.2 * opening, 1.0)
+    for name in sorted(rows):
+        ramp = 0.002 if name.startswith("burst") else 0.012
+        total += _shaped(rng.standard_normal(len(times)), name, rate) * _track(times, rows[name], ramp) * modulation
+    return total * 0.6
+
+
+def _shaped(noise: np.ndarray, name: str, rate: int) -> np.ndarray:
+    """Return noise (n,) with the spectrum of that name, at a root mean square of about 1."""
+    bands = [(f, width, gain) for f, width, gain in NOISES[name] if f < 0.46 * rate]
+    out = np.zeros(len(noise))
+    for f, width, gain in bands or [(0.4 * rate, 1000.0, 0.5)]:
+        b, a = scipy.signal.iirpeak(f, f / width, fs=rate)
+        band = scipy.signal.lfilter(b, a, noise)
+        out += gain * band / np.sqrt(2 * width / rate)
+    return out
+
+
+# ---- the voice -------------------------------------------------------------------------------------------------------
+
+
+def _pitch(pieces: list[_Piece], alignment: Alignment, times: np.ndarray, f0: float,
+           rng: np.random.Generator) -> np.ndarray:
+    """Return pitch in Hz (n,): a fall over each stretch between silences, raised on longer vowels, low at the end."""
+    curve = np.ones(len(times))
+    silent = [(s.start, s.end) for s in alignment["phones"] if s.label in SILENCES and s.duration > 0.05]
+    bounds = [alignment.start, *[t for pair in silent for t in pair], alignment.end]
+    for start, end in zip(bounds[::2], bounds[1::2], strict=True):
+        inside = (times >= start) & (times < end)
+        along = (times[inside] - start) / max(end - start, 1e-6)
+        curve[inside] = 1.14 - 0.24 * along - 0.14 * np.clip((along - 0.85) / 0.15, 0, 1)
+    for p in pieces:
+        if p.sound.kind == "vowel" and p.phone not in ("AH", "IH", "ER"):
+            centre, width = p.start + 0.4 * (p.end - p.start), 0.07
+            curve += min(0.13, 0.9 * (p.end - p.start)) * np.exp(-0.5 * ((times - centre) / width) ** 2)
+    slow = np.interp(times, np.arange(times[0], times[-1] + 0.2, 0.1),
+                     rng.standard_normal(len(np.arange(times[0], times[-1] + 0.2, 0.1))))
+    return f0 * curve * (1 + 0.008 * slow)
+
+
+def _voice(pitch: np.ndarray, rate: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivative of glottal flow (n,), about 1 at its largest, and the opening of the glottis (n,) 0 to 1.
+
+    **Source**: the polynomial pulse of Rosenberg (J. Acoust. Soc. Am. 49(2B), 1971), open for 60 % of the period.
+    """
+    fine = 4  # the pulse's sharp edge is made at four times the rate and then filtered, else it would alias
+    phase = np.cumsum(np.repeat(pitch, fine)) / (rate * fine)
+    cycle = np.floor(phase).astype(int)
+    strength = 1 + 0.04 * rng.standard_normal(cycle[-1] + 1)
+    x = (phase - cycle) / 0.6
+    flow = np.where(x < 1, 6.75 * x**2 * (1 - x), 0.0)
+    slope = np.where(x < 1, x * (2 - 3 * x), 0.0) * strength[cycle]
+    pulses = scipy.signal.resample_poly(slope, 1, fine)
+    return pulses[: len(pitch)], flow[::fine]
+
+
+# ---- the vocal tract -------------------------------------------------------------------------------------------------
+
+
+def _targets(pieces: list[_Piece]) -> tuple[np.ndarray, np.ndarray]:
+    """Return times (k,) and formants F1 to F3 in Hz (k, 3) between which the tract moves."""
+    points: list[tuple[float, tuple[float, ...]]] = []
+    for p in pieces:
+        length, own = p.end - p.start, p.sound
+        if own.kind == "aspirate":
+            continue  # breath takes the shape of its neighbours
+        if own.kind == "vowel":
+            glide = min(_GLIDE, 0.35 * length)
+            steady = 0.0 if own.start == own.end else 0.15 * length
+            points += [(p.start + glide, own.start), (p.start + glide + steady, own.start), (p.end - glide, own.end)]
+        else:
+            inset = 0.3 * length if own.kind == "glide" else 0.0
+            for time, vowel in ((p.start + inset, p.before), (p.end - inset, p.after)):
+                f1, f2, f3 = own.start
+                points.append((time, (f1, f2 + own.pull * (vowel - f2), f3)))
+    if not points:
+        points = [(0.0, (500.0, 1450.0, 2500.0))]
+    points.sort(key=lambda point: point[0])
+    return np.array([t for t, _ in points]), np.array([f for _, f in points], dtype=float)
+
+
+def _formants(pieces: list[_Piece], times: np.ndarray) -> np.ndarray:
+    at, values = _targets(pieces)
+    curves = np.stack([np.interp(times, at, values[:, k]) for k in range(3)], axis=1)
+    return scipy.ndimage.gaussian_filter1d(curves, 0.009 / _STEP, axis=0, mode="nearest")
+
+
+def _resonators(frequency: np.ndarray, width: np.ndarray, rate: int) -> np.ndarray:
+    """Return second-order sections (k, 6) of resonators with unit gain at 0 Hz (Klatt 1980, eq. 2)."""
+    radius = np.exp(-np.pi * width / rate)
+    a1, a2 = -2 * radius * np.cos(2 * np.pi * frequency / rate), radius**2
+    zero = np.zeros_like(a1)
+    return np.stack([1 + a1 + a2, zero, zero, np.ones_like(a1), a1, a2], axis=-1)
+
+
+def _inverse(sections: np.ndarray) -> np.ndarray:
+    """Return antiresonators: the sections' poles as zeros."""
+    gain = sections[..., :1]
+    one = np.zeros_like(sections[..., 3:])
+    one[..., 0] = 1
+    return np.concatenate([sections[..., 3:] / gain, one], axis=-1)
+
+
+def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) -> np.ndarray:
+    """Return the tract's second-order sections at each time, shape (steps, sections, 6)."""
+    formants = _formants(pieces, times) * shift
+    open_glottis = np.array([any(p.start <= t < p.end and (p.sound.kind == "aspirate" or p.breathy) for p in pieces)
+                             for t in times])
+    widths = np.stack([np.where(open_glottis, 220.0, 70.0), np.full(len(times), 95.0), np.full(len(times), 150.0)], 1)
+    rows = [_resonators(formants[:, k], widths[:, k], rate) for k in range(3)]
+    rows += [np.broadcast_to(_resonators(np.array(f * shift), np.array(b), rate), (len(times), 6))
+             for f, b in _UPPER if f * shift < 0.48 * rate]
+    zero = np.full(len(times), _NASAL_POLE)
+    for p in pieces:
+        if p.sound.zero:
+            zero[(times >= p.start - 0.02) & (times < p.end + 0.01)] = p.sound.zero
+    zero = scipy.ndimage.gaussian_filter1d(zero, 0.008 / _STEP, mode="nearest")
+    rows.append(_resonators(np.full(len(times), _NASAL_POLE), np.full(len(times), 100.0), rate))
+    rows.append(_inverse(_resonators(zero, np.full(len(times), 100.0), rate)))
+    return np.ascontiguousarray(np.stack(rows, axis=1))
+
+
+def _filtered(source: np.ndarray, pieces: list[_Piece], start: float, rate: int, shift: float) -> np.ndarray:
+    """Return the source (n,) after the vocal tract, whose filters change every few milliseconds."""
+    block = round(_STEP * rate)
+    blocks = -(-len(source) // block)
+    sections = _sections(pieces, start + (np.arange(blocks) + 0.5) * block / rate, rate, shift)
+    out = np.empty(len(source))
+    state = np.zeros((sections.shape[1], 2))
+    for i in range(blocks):
+        part = slice(i * block, (i + 1) * block)
+        if i:
+            state = _carried(state, sections[i - 1], sections[i])
+        out[part], state = scipy.signal.sosfilt(sections[i], source[part], zi=state)
+    return out
+
+
+def _carried(state: np.ndarray, old: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Return filter states (sections, 2) that hold the same last two samples after the coefficients have changed.
+
+    The states of a transposed filter are products of samples and coefficients; kept as they are, each change of the
+    coefficients would click. Poles remember outputs, the antiresonator (the last section) its inputs.
+    """
+    c, d = -old[:, 4:], -new[:, 4:]
+    c[-1], d[-1] = old[-1, 1:3], new[-1, 1:3]
+    last = state[:, 1] / c[:, 1]
+    before = (state[:, 0] - c[:, 0] * last) / c[:, 1]
+    return np.stack([d[:, 0] * last + d[:, 1] * before, d[:, 1] * last], axis=1)

@@ -1,0 +1,91 @@
+"""The built-in voice: exact times, spectra where they belong, silence where there is silence."""
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from dnnvss.errors import DnnvssError
+from dnnvss.phones import SPOKEN
+from dnnvss.speech.formant import synthesise
+from dnnvss.speech.formant_table import SOUNDS
+from dnnvss.timing import Alignment, Tier
+
+
+def row(*phones: tuple[str, float], start: float = 0.0) -> Alignment:
+    segments, time = [], start
+    for label, length in phones:
+        segments.append((time, time + length, label))
+        time += length
+    return Alignment([Tier("phones", segments)])
+
+
+def level(samples: np.ndarray, start: float, end: float, rate: int = 16000) -> float:
+    return float(np.sqrt((samples[round(start * rate) : round(end * rate)] ** 2).mean()))
+
+
+def spectrum(samples: np.ndarray, start: float, end: float, rate: int = 16000) -> tuple[np.ndarray, np.ndarray]:
+    part = samples[round(start * rate) : round(end * rate)]
+    return scipy.signal.welch(part, rate, nperseg=min(512, len(part)))
+
+
+def test_table_has_all_phones() -> None:
+    assert set(SOUNDS) == set(SPOKEN)
+
+
+@pytest.mark.parametrize("rate", [8000, 16000, 22050])
+def test_length_is_exact_and_level_bounded(rate: int) -> None:
+    speech = synthesise(row(("sil", 0.2), *((p, 0.08) for p in SPOKEN), ("sil", 0.1233)), rate)
+    assert len(speech) == int(np.floor((0.2 + 39 * 0.08 + 0.1233) * rate + 0.5)) and speech.dtype == np.float32
+    assert np.isfinite(speech).all() and 0.5 < np.abs(speech).max() <= 0.61
+    assert level(speech, 0, 0.15, rate) < 1e-3
+
+
+def test_an_alignment_that_starts_later_sounds_the_same() -> None:
+    phones = (("sil", 0.1), ("AA", 0.2), ("sil", 0.1))
+    assert np.allclose(synthesise(row(*phones)), synthesise(row(*phones, start=2.0)), atol=1e-3)
+
+
+def test_seed_fixes_the_samples() -> None:
+    alignment = row(("S", 0.1), ("IY", 0.2))
+    assert np.array_equal(synthesise(alignment, seed=3), synthesise(alignment, seed=3))
+    assert not np.array_equal(synthesise(alignment, seed=3), synthesise(alignment, seed=4))
+
+
+@pytest.mark.parametrize(("vowel", "low", "high"), [("IY", 200, 400), ("AA", 600, 900), ("UW", 200, 450)])
+def test_first_formant_is_the_strongest_region_of_a_vowel(vowel: str, low: float, high: float) -> None:
+    frequency, power = spectrum(synthesise(row(("sil", 0.1), (vowel, 0.4), ("sil", 0.1))), 0.2, 0.45)
+    smooth = np.convolve(power, np.ones(5) / 5, "same")
+    assert low <= frequency[smooth.argmax()] <= high
+
+
+def test_s_is_higher_than_sh_and_both_higher_than_vowels() -> None:
+    def centre(phone: str) -> float:
+        frequency, power = spectrum(synthesise(row(("sil", 0.1), (phone, 0.3), ("AA", 0.2))), 0.15, 0.35)
+        return float((frequency * power).sum() / power.sum())
+
+    assert centre("S") > 4200 > centre("SH") > 2000 > centre("AA")
+
+
+def test_pitch_is_what_was_asked() -> None:
+    speech = synthesise(row(("sil", 0.1), ("AA", 0.4), ("sil", 0.5)), f0=150.0)
+    part = speech[3200:6400]
+    correlation = np.correlate(part, part, "full")[len(part) - 1 :]
+    lag = 60 + int(correlation[60:240].argmax())
+    assert 130 < 16000 / lag < 185  # early in the phrase, on a long vowel
+
+
+def test_closure_is_quiet_and_burst_comes_after_it() -> None:
+    speech = synthesise(row(("AA", 0.2), ("T", 0.12), ("AA", 0.2)))
+    assert level(speech, 0.215, 0.25) < 0.06 * level(speech, 0.05, 0.15)
+    assert level(speech, 0.262, 0.275) > 3 * level(speech, 0.215, 0.25)
+
+
+def test_nothing_but_silence_is_zeros() -> None:
+    assert not synthesise(row(("sil", 0.5))).any()
+
+
+def test_bad_input_is_named() -> None:
+    with pytest.raises(DnnvssError, match="unknown phone 'XX'"):
+        synthesise(row(("XX", 0.1)))
+    with pytest.raises(DnnvssError, match="pitch of 4"):
+        synthesise(row(("AA", 0.1)), f0=4.0)
