@@ -42,6 +42,18 @@ class Windows:
     def __len__(self) -> int:
         return len(self.taps)
 
+    @classmethod
+    def named(cls, name: str) -> "Windows":
+        """Return ``static``, ``static_delta`` or ``static_delta_delta2``.
+
+        Raises:
+            DnnvssError: another name.
+        """
+        known = {"_".join(windows.names): windows for windows in (STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2)}
+        if name not in known:
+            raise DnnvssError(f"no windows are named {name!r}", remedy=f"Use one of: {', '.join(known)}")
+        return known[name]
+
     @property
     def reach(self) -> int:
         """How many frames to each side the widest window looks."""

@@ -57,6 +57,13 @@ def test_a_bad_table_is_refused(names, taps, match):
         Windows(names, taps)
 
 
+def test_windows_by_name():
+    assert Windows.named("static_delta_delta2") is STATIC_DELTA_DELTA2
+    assert Windows.named("static_delta").names == ("static", "delta")
+    with pytest.raises(DnnvssError, match=r"'acceleration'.*static_delta_delta2"):
+        Windows.named("acceleration")
+
+
 def test_no_frames_is_an_error():
     with pytest.raises(DnnvssError, match="no frame"):
         derivatives(np.zeros((0, 3)))
