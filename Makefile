@@ -1,0 +1,30 @@
+# make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
+# make test: environment, linter, type checker, tests.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+PY := $(VENV)/bin/python
+READY := $(VENV)/ready
+TEXT ?= Hello, I am a talking face. You may type anything you like.
+
+.PHONY: demo test lint clean
+
+demo: $(READY)
+	$(PY) -m data_prep corpus=demo
+	$(PY) train.py corpus=demo
+	$(PY) synth.py text="$(TEXT)" out=demo.mp4
+
+test: lint
+	$(PY) -m pytest -n auto
+
+lint: $(READY)
+	$(PY) -m ruff check .
+	$(PY) -m mypy
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "dnnvss needs Python 3.11 or newer: make PYTHON=/path/to/python3.11")'
+	$(PYTHON) -m venv $(VENV)
+	$(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test]"
+	touch $(READY)
+
+clean:
+	rm -rf $(VENV) data/demo runs demo.mp4

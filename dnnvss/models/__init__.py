@@ -1,0 +1,7 @@
+"""Systems that predict AAM parameters from labels, behind one base class. Knows nothing of files or rendering."""
+
+from dnnvss.models.base import Example, Prediction, VisualModel
+from dnnvss.models.feedforward import FeedForward
+from dnnvss.models.means import PhoneMean, TrainingMean
+
+__all__ = ["Example", "FeedForward", "PhoneMean", "Prediction", "TrainingMean", "VisualModel"]

@@ -1,0 +1,74 @@
+"""What every system offers: fit on examples, predict the streams of one."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dnnvss.labels import FeatureTable, FrameCodes
+from dnnvss.timing import Alignment, FrameClock
+
+
+@dataclass(frozen=True)
+class Example:
+    """An utterance as a model sees it, on the trajectory clock.
+
+    Args:
+        id: the utterance.
+        alignment: its tiers; ``phones`` spans the T frames.
+        codes: frame codes of the labels, T frames.
+        targets: static and derivative parameters (T, W, D) float32; None at synthesis.
+        valid: (T,) bool, frames whose target was measured; None at synthesis.
+    """
+
+    id: str
+    alignment: Alignment
+    codes: FrameCodes
+    targets: np.ndarray | None = None
+    valid: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A Gaussian a frame: ``mean`` (T, W, D) and ``variance``, which broadcasts to it, in squared parameter units."""
+
+    mean: np.ndarray
+    variance: np.ndarray
+
+
+class VisualModel(ABC):
+    """A system that drives the face.
+
+    ``fit`` starts anew each time; what it learnt is in ``state``, plain containers and arrays only.
+
+    Args:
+        table: the feature table of the labels.
+        clock: the trajectory clock.
+    """
+
+    def __init__(self, table: FeatureTable, clock: FrameClock) -> None:
+        self.table, self.clock = table, clock
+
+    @abstractmethod
+    def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
+        """Learn from the training examples; ``val`` chooses when to stop; ``folder`` keeps what a killed fit needs."""
+
+    @abstractmethod
+    def predict(self, example: Example) -> Prediction:
+        """Return the predicted streams of one utterance."""
+
+    @abstractmethod
+    def state(self) -> dict[str, Any]:
+        """Return what was learnt as tensors and plain containers."""
+
+    @abstractmethod
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take over what another instance had learnt."""
+
+
+def pooled(examples: Sequence[Example]) -> np.ndarray:
+    """Return the targets of all valid frames, shape (frames, W, D)."""
+    return np.concatenate([e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None])

@@ -1,0 +1,25 @@
+"""What all commands share: a mistake of the user ends in one clear line, not in a traceback."""
+
+import functools
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from dnnvss.errors import DnnvssError
+
+
+def command(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return ``function`` with :class:`DnnvssError` and Ctrl-C turned into a message and an exit status (1 and 130)."""
+
+    @functools.wraps(function)
+    def wrapped(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return function(*args, **kwargs)
+        except DnnvssError as error:
+            print(f"error: {error}", file=sys.stderr)
+            sys.exit(1)
+        except KeyboardInterrupt:
+            print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
+            sys.exit(130)
+
+    return wrapped

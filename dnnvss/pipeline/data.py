@@ -1,0 +1,69 @@
+"""From a prepared corpus to the examples that models see."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dnnvss.aam import EncodedCorpus
+from dnnvss.corpus import Corpus, Utterance
+from dnnvss.labels import FeatureTable, encode
+from dnnvss.models import Example
+from dnnvss.phones import SILENCES
+from dnnvss.timing import Alignment, FrameClock
+from dnnvss.trajectory import Windows, derivatives, resample
+
+SPLITS = ("train", "val", "test")
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a system is trained on: labels, clock and streams.
+
+    Args:
+        table: the feature table.
+        clock: the trajectory clock.
+        windows: static and derivative windows of the targets.
+    """
+
+    table: FeatureTable
+    clock: FrameClock
+    windows: Windows
+
+    def example(self, utterance: Utterance, parameters: np.ndarray | None = None,
+                valid: np.ndarray | None = None) -> Example:
+        """Return an utterance as models see it.
+
+        Args:
+            utterance: with the tiers ``phones`` and ``words``.
+            parameters: measured AAM parameters (F, D) at the source rate, or None at synthesis.
+            valid: (F,) bool, source frames that were measured.
+        """
+        codes = encode(utterance.alignment, utterance.text, self.table, self.clock)
+        if parameters is None or valid is None:
+            return Example(utterance.id, utterance.alignment, codes)
+        source = utterance.clock
+        static = resample(parameters, source, self.clock, count=len(codes))
+        nearest = np.minimum((self.clock.centres(len(codes)) * float(source.rate)).astype(int), len(valid) - 1)
+        return Example(utterance.id, utterance.alignment, codes, derivatives(static, self.windows).astype(np.float32),
+                       valid[nearest])
+
+
+def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str) -> dict[str, list[Example]]:
+    """Return the examples of ``train``, ``val`` and ``test``."""
+
+    def examples(utterances: Sequence[Utterance]) -> list[Example]:
+        return [task.example(u, *encoded.parameters(u.id)) for u in utterances if u.id not in encoded.dropped]
+
+    return {name: examples(corpus.split(name, variant)) for name in SPLITS}
+
+
+def speech_frames(alignment: Alignment, clock: FrameClock) -> np.ndarray:
+    """Return (T,) bool: True from the start of the first phone to the end of the last one that is not silence."""
+    tier = alignment["phones"]
+    spoken = [i for i, label in enumerate(tier.labels) if label not in SILENCES]
+    edges = tier.frame_edges(clock)
+    mask = np.zeros(edges[-1], dtype=bool)
+    if spoken:
+        mask[edges[spoken[0]] : edges[spoken[-1] + 1]] = True
+    return mask

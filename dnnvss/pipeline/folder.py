@@ -1,0 +1,108 @@
+"""The run folder: everything that synthesis needs, and where the results came from."""
+
+import hashlib
+import json
+import platform
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from dnnvss import __version__, files
+from dnnvss.errors import DnnvssError
+from dnnvss.labels import FeatureTable
+from dnnvss.models import VisualModel
+from dnnvss.pipeline.data import Task
+from dnnvss.timing import FrameClock
+from dnnvss.training.network import load_checkpoint, save_checkpoint
+from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
+
+_PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocketsphinx")
+WINDOWS = {"static": STATIC, "static_delta": STATIC_DELTA, "static_delta_delta2": STATIC_DELTA_DELTA2}
+_NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample", "experiment", "debug")
+
+
+def run_name(config: DictConfig, fingerprint: str) -> str:
+    """Return a folder name that changes when, and only when, something that changes results does."""
+    resolved: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
+    kept = {k: v for k, v in resolved.items() if k not in _NOT_RESULTS}
+    for quiet in ("progress", "figure_every"):
+        kept["trainer"].pop(quiet, None)
+        kept["model"].get("settings", {}).pop(quiet, None)
+    kept["corpus"] = {"fingerprint": fingerprint, "split": config.corpus.split}
+    digest = hashlib.sha256(json.dumps([kept, __version__], sort_keys=True).encode()).hexdigest()[:8]
+    parts = [config.corpus.name, config.corpus.split, config.labels.name, config.model.name, digest]
+    return "-".join(p for p in parts if p)
+
+
+def provenance(fingerprint: str) -> dict[str, Any]:
+    """Return versions of the code and its main dependencies, and the fingerprint of the data."""
+    versions = {name: metadata.version(name) for name in _PACKAGES}
+    return {"dnnvss": __version__, "python": platform.python_version(), "packages": versions, "corpus": fingerprint}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A trained system, opened for use."""
+
+    folder: Path
+    config: DictConfig
+    task: Task
+    model: VisualModel
+
+    @staticmethod
+    def save(folder: Path, task: Task, model: VisualModel) -> None:
+        """Write the checkpoint: tensors and plain containers, whole or not at all."""
+        save_checkpoint(folder / "model.pt", {"table": task.table.describe(), "state": model.state()})
+
+    @classmethod
+    def open(cls, folder: Path) -> "Run":
+        """Return the run in a folder.
+
+        Raises:
+            DnnvssError: the folder holds no finished run, its checkpoint is damaged, or it was trained with another
+                feature table than its configuration now builds.
+        """
+        config = files.read(folder / "config.yaml", lambda p: OmegaConf.load(p), "Train a system first: python train.py")
+        checkpoint = load_checkpoint(folder / "model.pt")
+        if not isinstance(config, DictConfig) or "table" not in checkpoint:
+            raise DnnvssError("is not a run folder of this package", file=folder, remedy="Train a system: python train.py")
+        task = make_task(config)
+        try:
+            task.table.check(checkpoint["table"])
+        except DnnvssError as error:
+            raise DnnvssError(error.problem, file=folder / "model.pt", remedy=error.remedy) from error
+        model = make_model(config, task)
+        model.load_state(checkpoint["state"])
+        return cls(folder, config, task, model)
+
+
+def make_task(config: DictConfig) -> Task:
+    """Return the task that a configuration describes."""
+    clock = FrameClock(config.trajectory.rate)
+    labels = OmegaConf.to_container(config.labels, resolve=True)
+    if (windows := config.trajectory.windows) not in WINDOWS:
+        raise DnnvssError(f"unknown trajectory.windows={windows!r}", remedy=f"Use one of {sorted(WINDOWS)}")
+    return Task(FeatureTable.from_config(labels), clock, WINDOWS[windows])  # type: ignore[arg-type]
+
+
+def make_model(config: DictConfig, task: Task) -> VisualModel:
+    """Return the untrained model that a configuration describes."""
+    settings: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
+    settings.pop("name")
+    return instantiate(settings)(table=task.table, clock=task.clock)
+
+
+def newest(runs: Path) -> Path:
+    """Return the finished run in ``runs`` that ended last.
+
+    Raises:
+        DnnvssError: there is none.
+    """
+    finished = sorted(runs.glob("*/metrics.json"), key=lambda p: p.stat().st_mtime)
+    if not finished:
+        raise DnnvssError("no finished run here", file=runs, remedy="Train one first: python train.py corpus=demo")
+    return finished[-1].parent

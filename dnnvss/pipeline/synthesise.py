@@ -1,0 +1,153 @@
+"""From text, a voice or an alignment to a rendered talking face."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from omegaconf import DictConfig
+
+from dnnvss import files
+from dnnvss.corpus import Corpus, Utterance, read_audio, write_wav
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import read_alignment, write_alignment
+from dnnvss.phones import SILENCES, nearest
+from dnnvss.pipeline.folder import Run, newest
+from dnnvss.timing import Alignment, FrameClock
+from dnnvss.trajectory import mlpg
+
+_ALIGNER_RATE, _SOUND_RATE = 16000, 48000
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is said, when, and the sound of it.
+
+    Args:
+        text: the words.
+        alignment: tiers ``phones`` and ``words``.
+        samples: mono sound in [-1, 1], or None.
+        rate: samples a second.
+        notes: what the user should know: sources of pronunciations, engine, replaced phones.
+    """
+
+    text: str
+    alignment: Alignment
+    samples: np.ndarray | None = None
+    rate: int = _SOUND_RATE
+    notes: dict[str, Any] = field(default_factory=dict)
+
+
+def synthesise(config: DictConfig) -> None:
+    """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
+    run = Run.open(Path(config.run) if config.run else newest(Path(config.runs)))
+    voice = files.read_json(run.folder / "voice.json", "Train the run again")
+    plan = make_plan(config, run, voice)
+    alignment, replaced = replace_unseen(plan.alignment, voice["phones"])
+    for phone, other in replaced.items():
+        print(f"the talker never spoke {phone}: {other} stands in for it")
+    trajectory = generate(run, Utterance("synthesis", plan.text, alignment))
+    out = Path(config.out)
+    rate = FrameClock(config.rate or voice["rate"])
+    notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "credit": voice["credit"]}
+    written = write_outputs(run, out, rate, config.scale, trajectory, plan, notes)
+    print("wrote " + ", ".join(str(p) for p in written))
+
+
+def make_plan(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
+    """Return what to say: from an alignment file, the user's voice, or text alone.
+
+    Raises:
+        DnnvssError: none of them is given, or one cannot be used.
+    """
+    if config.alignment:
+        return _from_alignment(config)
+    if not config.text or not str(config.text).strip():
+        raise DnnvssError("nothing to say: text is empty", remedy='Give text="...", or alignment=FILE')
+    return _from_voice(config, voice) if config.wav else _from_text(config, run, voice)
+
+
+def _from_alignment(config: DictConfig) -> Plan:
+    alignment = read_alignment(config.alignment)
+    text = str(config.text) if config.text else " ".join(w for w in alignment["words"].labels if w)
+    if config.wav:
+        return Plan(text, alignment, read_audio(config.wav, _SOUND_RATE), _SOUND_RATE, {"engine": "the given recording"})
+    return _spoken(config, Plan(text, alignment), None)
+
+
+def _from_voice(config: DictConfig, voice: dict[str, Any]) -> Plan:
+    from dnnvss.speech.align import align
+    from dnnvss.text import parse
+
+    sentence = parse(str(config.text), variant=voice["variant"], overrides=config.overrides)
+    aligned = align(read_audio(config.wav, _ALIGNER_RATE), sentence.choices())
+    notes = {"engine": "the given recording", "pronunciation": sentence.report(), "alignment_scores": aligned.scores}
+    return Plan(sentence.text, aligned.alignment, read_audio(config.wav, _SOUND_RATE), _SOUND_RATE, notes)
+
+
+def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
+    from dnnvss.speech.durations import DurationModel
+    from dnnvss.text import parse
+
+    sentence = parse(str(config.text), variant=voice["variant"], overrides=config.overrides)
+    durations = DurationModel.load(run.folder / "durations.npz")
+    alignment = durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in,
+                                  lead_out=config.lead_out)
+    plan = Plan(sentence.text, alignment, notes={"pronunciation": sentence.report()})
+    return _spoken(config, plan, sentence)
+
+
+def _spoken(config: DictConfig, plan: Plan, sentence: Any) -> Plan:
+    if config.engine == "none":
+        return plan
+    from dnnvss.speech.engines import find_engine
+
+    engine = find_engine(config.engine)
+    speech = engine.speak(sentence, plan.alignment)
+    print(f"speech: {engine.name}")
+    return Plan(plan.text, speech.alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})
+
+
+def replace_unseen(alignment: Alignment, known: list[str]) -> tuple[Alignment, dict[str, str]]:
+    """Return the alignment in phones that the talker spoke, and which phone stands in for which."""
+    tier = alignment["phones"]
+    unseen = sorted(set(tier.labels) - set(known) - set(SILENCES))
+    replaced = {phone: nearest(phone, known)[0][0] for phone in unseen}
+    return alignment.with_tier(tier.renamed(replaced.get(p, p) for p in tier.labels)), replaced
+
+
+def generate(run: Run, utterance: Utterance) -> np.ndarray:
+    """Return the trajectory (T, D) of an utterance on the run's clock."""
+    prediction = run.model.predict(run.task.example(utterance))
+    return np.asarray(mlpg(prediction.mean, prediction.variance, run.task.windows))
+
+
+def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajectory: np.ndarray, plan: Plan,
+                  notes: dict[str, Any]) -> list[Path]:
+    """Write video, trajectory, alignment, plot and report; return their paths, the video first."""
+    from dnnvss.render import Renderer, write_video
+    from dnnvss.render.plots import plot_trajectories
+
+    renderer = Renderer.load(run.folder / "face.npz", run.folder / "aam.npz", scale=scale)
+    clock = run.task.clock
+    columns = np.array(renderer.model.names)
+    written = [out, out.with_suffix(".npz"), out.with_suffix(".TextGrid"), out.with_suffix(".png"), out.with_suffix(".json")]
+    files.write_arrays(written[1], parameters=trajectory.astype(np.float32), rate=float(clock.rate), columns=columns,
+                       points=renderer.points_in_image(trajectory).astype(np.float32))
+    write_alignment(written[2], plan.alignment)
+    series = {f"coefficient {d + 1}": trajectory[:, d] for d in range(min(5, trajectory.shape[1]))}
+    plot_trajectories(written[3], series, clock.rate, plan.alignment["phones"], plan.text)
+    files.write_json(written[4], json.loads(json.dumps(notes, default=str)))
+    write_video(out, renderer.frames(trajectory, clock, rate), rate.rate, plan.samples, plan.rate)
+    if plan.samples is not None:
+        written.append(write_wav(out.with_suffix(".wav"), plan.samples, plan.rate))
+    return written
+
+
+def render_utterance(run: Run, corpus: Corpus, utterance: Utterance, out: Path) -> None:
+    """Write a video of an utterance of the corpus, its face predicted from the recording's phone times."""
+    samples = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
+    plan = Plan(utterance.text, utterance.alignment, samples, _SOUND_RATE)
+    notes = {"run": str(run.folder), "utterance": utterance.id, "text": utterance.text, "credit": corpus.info.credit}
+    write_outputs(run, out, utterance.clock, 1, generate(run, utterance), plan, notes)

@@ -1,0 +1,51 @@
+"""Random batches of frames, drawn from the codes of all utterances at once."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.utils.data import IterableDataset
+
+from dnnvss.labels import CodeStore, NumericScaler
+
+Batch = tuple[Tensor, Tensor, Tensor]
+"""Active columns (B, A) int32, normalised numeric inputs (B, N) and normalised targets (B, W x D)."""
+
+
+class FrameBatches(IterableDataset):
+    """Batches of frames in an order that depends only on the seed and the epoch, so that a resumed run sees the same.
+
+    Args:
+        store: frame codes of all utterances, S frames.
+        scaler: of the numeric inputs.
+        targets: normalised streams (S, W x D) float32.
+        frames: which frames may be drawn.
+        batch_size: frames a batch; a last batch that is not full is left out where frames are drawn at random.
+        share: part of the frames drawn in an epoch.
+        seed: of the order; None keeps the order of ``frames`` and every frame.
+        epoch: returns the number of the epoch.
+    """
+
+    def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray, batch_size: int,
+                 share: float = 1.0, seed: int | None = None, epoch: Callable[[], int] = lambda: 0) -> None:
+        self.store, self.scaler, self.targets, self.frames = store, scaler, torch.from_numpy(targets), frames
+        self.batch_size, self.share, self.seed, self.epoch = min(batch_size, len(frames)), share, seed, epoch
+
+    def __len__(self) -> int:
+        if self.seed is None:
+            return -(-len(self.frames) // self.batch_size)
+        return max(1, int(len(self.frames) * self.share) // self.batch_size)
+
+    def __iter__(self) -> Iterator[Batch]:
+        order = self.frames
+        if self.seed is not None:
+            order = np.random.default_rng([self.seed, self.epoch()]).permutation(self.frames)
+        for start in range(0, len(self) * self.batch_size, self.batch_size):
+            yield self.batch(order[start : start + self.batch_size])
+
+    def batch(self, frames: np.ndarray) -> Batch:
+        """Return the inputs and targets of the given frames."""
+        active = torch.from_numpy(self.store.active(frames))
+        numeric = torch.from_numpy(self.scaler(self.store.numeric(frames)))
+        return active, numeric, self.targets[torch.from_numpy(frames)]

@@ -1,0 +1,96 @@
+"""One fit with Lightning: checkpoints that resume, early stopping, TensorBoard."""
+
+import logging
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import lightning as L
+import torch
+from lightning.pytorch.callbacks import Callback, EarlyStopping, EMAWeightAveraging, ModelCheckpoint, TQDMProgressBar
+from lightning.pytorch.loggers import TensorBoardLogger
+from torch import nn
+from torch.utils.data import DataLoader
+
+from dnnvss.errors import DnnvssError
+from dnnvss.models import Example, Prediction
+from dnnvss.training.batches import FrameBatches
+from dnnvss.training.module import FrameRegression
+from dnnvss.training.network import load_checkpoint
+from dnnvss.training.settings import FitSettings
+
+_LIGHTNING_CHATTER = (
+    ".*does not have many workers.*", ".*IterableDataset.*__len__.*", ".*exists and is not empty.*",
+    ".*isinstance.treespec, LeafSpec.*", ".*GPU available but not used.*",
+)
+
+
+class TrajectoryFigure(Callback):
+    """Draws measured and predicted static coefficients of one validation utterance into TensorBoard."""
+
+    def __init__(self, example: Example, predict: Callable[[Example], Prediction], every: int) -> None:
+        self.example, self.predict, self.every = example, predict, every
+
+    def on_validation_epoch_end(self, trainer: L.Trainer, pl_module: L.LightningModule) -> None:
+        """Draw the figure every few epochs."""
+        if trainer.sanity_checking or trainer.logger is None or trainer.current_epoch % self.every:
+            return
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from matplotlib import pyplot as plt
+
+        assert self.example.targets is not None
+        predicted = self.predict(self.example).mean[:, 0]
+        rows = min(5, predicted.shape[1])
+        figure, axes = plt.subplots(rows, 1, figsize=(9, 1.6 * rows), sharex=True, squeeze=False)
+        for d, axis in enumerate(axes[:, 0]):
+            axis.plot(self.example.targets[:, 0, d], "k", lw=1, label="measured")
+            axis.plot(predicted[:, d], "C0", lw=1, label="predicted")
+            axis.set_ylabel(f"coefficient {d + 1}", fontsize=7)
+        axes[0, 0].legend(fontsize=7, ncols=2)
+        axes[-1, 0].set_xlabel(f"frame of utterance {self.example.id}")
+        trainer.logger.experiment.add_figure("trajectory", figure, trainer.current_epoch)  # type: ignore[attr-defined]
+        plt.close(figure)
+
+
+def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings: FitSettings, *, streams: int,
+            dimensions: int, folder: Path, preview: tuple[Example, Callable[[Example], Prediction]]) -> None:
+    """Fit ``network`` in place and leave it with the weights of the best epoch.
+
+    Raises:
+        DnnvssError: the loss diverged, or the checkpoint to resume from is damaged.
+    """
+    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
+    module = FrameRegression(network, settings, streams, dimensions)
+    checkpoints = folder / "checkpoints"
+    last = checkpoints / "last.ckpt"
+    best = ModelCheckpoint(checkpoints, "best", monitor="val/static", save_last=True, enable_version_counter=False,
+                           save_on_train_epoch_end=True)
+    callbacks: list[Callback] = [best, EarlyStopping("val/static", patience=settings.patience)]
+    if settings.average:
+        callbacks.append(EMAWeightAveraging(decay=settings.average))
+    if settings.progress:
+        callbacks.append(TQDMProgressBar(refresh_rate=20))
+    if settings.figure_every:
+        callbacks.append(TrajectoryFigure(*preview, settings.figure_every))
+    trainer = L.Trainer(
+        default_root_dir=folder, max_epochs=1 if settings.smoke else settings.epochs, callbacks=callbacks,
+        logger=TensorBoardLogger(folder, name="", version="tensorboard"), precision=settings.precision,  # type: ignore[arg-type]
+        accelerator=settings.accelerator, devices=settings.devices, gradient_clip_val=settings.clip,
+        enable_progress_bar=settings.progress, enable_model_summary=False, num_sanity_val_steps=0,
+        limit_train_batches=1 if settings.smoke else None, log_every_n_steps=min(50, len(train)),
+    )
+    train.epoch = lambda: trainer.current_epoch
+    if last.exists():
+        load_checkpoint(last)  # a damaged file is named before Lightning stumbles over it
+    with warnings.catch_warnings():
+        for message in _LIGHTNING_CHATTER:
+            warnings.filterwarnings("ignore", message=message)
+        trainer.fit(module, DataLoader(train, batch_size=None), DataLoader(val, batch_size=None),
+                    ckpt_path=str(last) if last.exists() else None, weights_only=True)
+    if not Path(best.best_model_path).is_file():
+        raise DnnvssError("the fit ended without a checkpoint", file=checkpoints,
+                          remedy="Delete the run folder and run the same command again")
+    weights = torch.load(best.best_model_path, map_location="cpu", weights_only=True)["state_dict"]
+    module.load_state_dict(weights)

@@ -1,0 +1,84 @@
+"""The Lightning module: loss, optimiser, schedule, and what is logged."""
+
+import math
+from typing import Any
+
+import lightning as L
+import torch
+from torch import Tensor, nn
+
+from dnnvss.errors import DnnvssError
+from dnnvss.training.batches import Batch
+from dnnvss.training.settings import FitSettings
+
+
+class FrameRegression(L.LightningModule):
+    """Weighted squared error between predicted and measured streams, both normalised.
+
+    The loss of a batch is the mean over frames of the sum (or mean) over outputs; ``val/static`` is the mean squared
+    error of the static stream alone, by which the fit stops early: most of delta-delta cannot be predicted and would
+    rule an unweighted criterion.
+    """
+
+    def __init__(self, network: nn.Module, settings: FitSettings, streams: int, dimensions: int) -> None:
+        super().__init__()
+        self.network, self.settings = network, settings
+        self.streams, self.dimensions = streams, dimensions
+        weights = torch.tensor(settings.stream_weights[:streams], dtype=torch.float32)
+        if len(weights) != streams:
+            raise DnnvssError(f"{len(weights)} stream weights for {streams} streams",
+                              remedy="Give trainer.stream_weights one value a stream")
+        self.register_buffer("output_weights", weights.repeat_interleave(dimensions), persistent=False)
+
+    def forward(self, active: Tensor, numeric: Tensor) -> Tensor:
+        """Return the normalised streams (B, W x D)."""
+        return self.network(active, numeric)
+
+    def loss(self, predicted: Tensor, target: Tensor) -> Tensor:
+        """Return the loss of a batch."""
+        squared = (predicted - target).square() * self.get_buffer("output_weights")
+        return squared.sum(1).mean() if self.settings.reduction == "sum" else squared.mean()
+
+    def on_train_batch_start(self, batch: Batch, index: int) -> None:
+        """Seed dropout by the step, so that a resumed run draws the same masks (loaders draw from the same generator)."""
+        torch.manual_seed(self.settings.seed * 1_000_003 + self.global_step)
+
+    def training_step(self, batch: Batch, index: int) -> Tensor:
+        """Return the loss; one that is not finite ends the fit with the settings that caused it."""
+        loss = self.loss(self(batch[0], batch[1]), batch[2])
+        if not torch.isfinite(loss):
+            s = self.settings
+            raise DnnvssError(
+                f"training diverged in epoch {self.current_epoch}, batch {index}: loss {loss.item()} at learning rate "
+                f"{s.learning_rate} ({s.optimizer}, reduction {s.reduction!r}, batch size {s.batch_size})",
+                remedy="Lower trainer.learning_rate or trainer.clip; the last good checkpoint is kept in the run folder",
+            )
+        self.log("train/loss", loss, on_step=False, on_epoch=True, batch_size=len(batch[0]))
+        return loss
+
+    def validation_step(self, batch: Batch, index: int) -> None:
+        """Log the loss and the static error."""
+        predicted = self(batch[0], batch[1])
+        static = (predicted - batch[2])[:, : self.dimensions].square().mean()
+        self.log("val/loss", self.loss(predicted, batch[2]), batch_size=len(batch[0]))
+        self.log("val/static", static, batch_size=len(batch[0]), prog_bar=True)
+
+    def configure_optimizers(self) -> Any:
+        """Return the optimiser and a schedule that steps with every batch."""
+        s = self.settings
+        if s.optimizer == "sgd":
+            optimizer: torch.optim.Optimizer = torch.optim.SGD(
+                self.parameters(), lr=s.learning_rate, momentum=s.momentum, weight_decay=s.weight_decay)
+        else:
+            optimizer = torch.optim.AdamW(self.parameters(), lr=s.learning_rate, weight_decay=s.weight_decay)
+        total = max(1, int(self.trainer.estimated_stepping_batches))
+        warmup = max(1, int(s.warmup * total))
+
+        def factor(step: int) -> float:
+            rise = min(1.0, (step + 1) / warmup)
+            if s.schedule == "constant":
+                return rise
+            return rise * 0.5 * (1 + math.cos(math.pi * min(1.0, step / total)))
+
+        schedule = torch.optim.lr_scheduler.LambdaLR(optimizer, factor)
+        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}

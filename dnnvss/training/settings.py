@@ -1,0 +1,68 @@
+"""How a network is fitted; one flat table, mirrored by ``conf/trainer/*.yaml``."""
+
+from dataclasses import dataclass
+
+from dnnvss.errors import DnnvssError
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Settings of a fit.
+
+    Args:
+        optimizer: ``sgd`` (with ``momentum``) or ``adamw``.
+        learning_rate: step size for the loss as reduced by ``reduction``.
+        momentum: of ``sgd``.
+        weight_decay: of either optimiser.
+        schedule: ``constant``, or ``cosine`` down to zero at the last epoch.
+        warmup: share of all steps over which the rate rises from zero.
+        batch_size: frames a step.
+        epochs: at most so many passes.
+        share: part of the training frames drawn, anew, in each epoch; neighbours at 100 frames a second are redundant.
+        patience: epochs without a better static error on the validation frames before the fit stops.
+        reduction: ``sum`` or ``mean`` of the squared errors over the outputs (always the mean over the batch).
+        stream_weights: weight of static, delta and delta-delta in the loss.
+        clip: largest norm of the gradient.
+        average: decay of the exponential average of the weights that is kept as the result; 0 keeps the last.
+        precision: ``32-true`` or ``bf16-mixed``.
+        accelerator, devices: as Lightning takes them.
+        seed: of initial weights, batches and dropout.
+        progress: show a progress bar.
+        figure_every: epochs between trajectory figures in TensorBoard; 0 for none.
+        smoke: one batch and one epoch, to try a configuration.
+
+    Raises:
+        DnnvssError: a value that is none of the above.
+    """
+
+    optimizer: str = "adamw"
+    learning_rate: float = 1e-3
+    momentum: float = 0.9
+    weight_decay: float = 0.0
+    schedule: str = "cosine"
+    warmup: float = 0.02
+    batch_size: int = 256
+    epochs: int = 30
+    share: float = 0.5
+    patience: int = 8
+    reduction: str = "mean"
+    stream_weights: tuple[float, ...] = (1.0, 1.0, 1.0)
+    clip: float = 1.0
+    average: float = 0.0
+    precision: str = "32-true"
+    accelerator: str = "auto"
+    devices: int = 1
+    seed: int = 0
+    progress: bool = True
+    figure_every: int = 5
+    smoke: bool = False
+
+    def __post_init__(self) -> None:
+        choices = {"optimizer": ("sgd", "adamw"), "schedule": ("constant", "cosine"), "reduction": ("sum", "mean")}
+        for name, allowed in choices.items():
+            if (value := getattr(self, name)) not in allowed:
+                raise DnnvssError(f"trainer.{name}={value!r}", remedy=f"Use one of {list(allowed)}")
+        for name in ("learning_rate", "batch_size", "epochs", "share", "clip"):
+            if getattr(self, name) <= 0:
+                raise DnnvssError(f"trainer.{name}={getattr(self, name)} is not positive", remedy="Give a positive value")
+        object.__setattr__(self, "stream_weights", tuple(self.stream_weights))

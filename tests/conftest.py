@@ -1,0 +1,53 @@
+"""Tiny synthetic data shared by all tests."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from dnnvss.labels import FeatureTable, encode
+from dnnvss.models import Example
+from dnnvss.phones import SPOKEN, phone_id
+from dnnvss.timing import Alignment, FrameClock, Tier
+from dnnvss.trajectory import STATIC_DELTA_DELTA2, derivatives
+
+ROOT = Path(__file__).parents[1]
+TABLE = FeatureTable(("centre_phone", "phone_context", "phone_span"))
+CLOCK = FrameClock(100)
+
+
+@pytest.fixture(scope="session")
+def grid_raw() -> Path:
+    """The GRID s1 data, where DNNVSS_GRID says that it is."""
+    folder = os.environ.get("DNNVSS_GRID", "")
+    if not folder or not Path(folder, "splits").is_dir():
+        pytest.skip("set DNNVSS_GRID to the folder of the GRID s1 data to run this test")
+    return Path(folder)
+
+
+def make_example(name: str, rng: np.random.Generator, dimensions: int = 3) -> Example:
+    """Return an utterance of random phones whose parameters follow from phone, neighbour and a little noise."""
+    phones = ["sil", *rng.choice(SPOKEN[:12], 8), "sil"]
+    edges = np.cumsum([0, *rng.uniform(0.05, 0.2, len(phones))]).round(3)
+    word = [(edges[0], edges[1], ""), (edges[1], edges[-2], "word"), (edges[-2], edges[-1], "")]
+    tier = Tier("phones", zip(edges[:-1], edges[1:], phones, strict=True))
+    alignment = Alignment([tier, Tier("words", word)])
+    codes = encode(alignment, "word", TABLE, CLOCK)
+    owner = tier.frame_index(CLOCK)
+    ids = np.array([phone_id(p) for p in phones])[owner]
+    basis = np.random.default_rng(0).normal(size=(41, dimensions))
+    static = np.stack([np.convolve(np.pad(c, 3, "edge"), np.ones(7) / 7, "valid") for c in basis[ids].T], 1)
+    static += rng.normal(scale=0.05, size=static.shape)
+    targets = derivatives(static, STATIC_DELTA_DELTA2).astype(np.float32)
+    return Example(name, alignment, codes, targets, np.ones(len(static), dtype=bool))
+
+
+@pytest.fixture(scope="session")
+def examples() -> dict[str, list[Example]]:
+    """Examples of a talker with three parameters: eight to train on, two to validate, two to test."""
+    rng = np.random.default_rng(1)
+    return {name: [make_example(f"{name}{i}", rng) for i in range(count)]
+            for name, count in (("train", 8), ("val", 2), ("test", 2))}

@@ -1,0 +1,84 @@
+"""The fit: it learns, resumes to the same weights, stops on divergence, and refuses damaged checkpoints."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import CLOCK, TABLE
+
+from dnnvss.errors import DnnvssError
+from dnnvss.models import Example, FeedForward
+from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training.network import load_checkpoint
+
+SETTINGS = FitSettings(epochs=4, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
+                       schedule="constant")
+
+
+def network(settings: FitSettings = SETTINGS) -> NetworkModel:
+    return NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16], dropout=0.2), settings)
+
+
+def weights(model: NetworkModel) -> np.ndarray:
+    return np.concatenate([v.numpy().ravel() for v in model.state()["network"].values()])
+
+
+def test_resumed_fit_ends_with_the_weights_of_an_uninterrupted_one(examples: dict[str, list[Example]],
+                                                                  tmp_path: Path) -> None:
+    whole = network()
+    whole.fit(examples["train"], examples["val"], tmp_path / "whole")
+    network(replace(SETTINGS, epochs=2)).fit(examples["train"], examples["val"], tmp_path / "cut")
+    resumed = network()
+    resumed.fit(examples["train"], examples["val"], tmp_path / "cut")
+    np.testing.assert_array_equal(weights(resumed), weights(whole))
+
+
+def test_training_loss_falls_and_validation_is_logged(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    short, long = network(replace(SETTINGS, epochs=1)), network(replace(SETTINGS, epochs=12))
+    errors = []
+    for name, model in (("short", short), ("long", long)):
+        model.fit(examples["train"], examples["val"], tmp_path / name)
+        errors.append(np.mean([np.mean((model.predict(e).mean - e.targets) ** 2) for e in examples["val"]]))
+    assert errors[1] < 0.7 * errors[0]
+    assert list((tmp_path / "long" / "tensorboard").glob("events*"))
+
+
+def test_divergence_names_rate_reduction_and_batch(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    wild = replace(SETTINGS, optimizer="sgd", learning_rate=1e30, reduction="sum", clip=1e30, epochs=3)
+    with pytest.raises(DnnvssError, match=r"learning rate 1e\+30 .*reduction 'sum'.*batch size 32") as caught:
+        network(wild).fit(examples["train"], examples["val"], tmp_path)
+    assert "Lower trainer.learning_rate" in str(caught.value)
+
+
+def test_checkpoint_cut_short_is_named(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    network(replace(SETTINGS, epochs=1)).fit(examples["train"], examples["val"], tmp_path)
+    last = tmp_path / "checkpoints" / "last.ckpt"
+    last.write_bytes(last.read_bytes()[:1000])
+    with pytest.raises(DnnvssError, match=r"last.ckpt: cannot be read"):
+        network().fit(examples["train"], examples["val"], tmp_path)
+
+
+def test_invalid_frames_are_never_drawn(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    spoilt = [replace(e, targets=e.targets.copy(), valid=e.valid.copy()) for e in examples["train"]]
+    for e in spoilt:
+        e.valid[:5] = False
+    clean = network()
+    clean.fit(spoilt, examples["val"], tmp_path / "clean")
+    for e in spoilt:
+        e.targets[:5] = 1e6
+    ghosts = network()
+    ghosts.fit(spoilt, examples["val"], tmp_path / "ghosts")
+    np.testing.assert_array_equal(weights(ghosts), weights(clean))
+
+
+def test_checkpoint_holds_plain_containers(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    network(replace(SETTINGS, epochs=1)).fit(examples["train"], examples["val"], tmp_path)
+    assert "state_dict" in load_checkpoint(tmp_path / "checkpoints" / "last.ckpt")
+
+
+@pytest.mark.parametrize("wrong", [{"optimizer": "lbfgs"}, {"learning_rate": 0.0}, {"reduction": "none"}])
+def test_settings_refuse_nonsense(wrong: dict) -> None:
+    with pytest.raises(DnnvssError, match=f"trainer.{next(iter(wrong))}"):
+        FitSettings(**wrong)

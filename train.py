@@ -1,0 +1,18 @@
+"""Trains and evaluates a system; ``python train.py --help`` lists the settings."""
+
+import hydra
+from omegaconf import DictConfig
+
+from dnnvss.pipeline.cli import command
+
+
+@hydra.main(version_base="1.3", config_path="conf", config_name="train")
+@command
+def main(config: DictConfig) -> float:
+    from dnnvss.pipeline.train import train
+
+    return train(config)
+
+
+if __name__ == "__main__":
+    main()
