@@ -69,13 +69,13 @@ def _class_blocks() -> list[Block]:
         Block("acoustic_class", "frame", "ph", "binary", _paper("frame: acoustic class"),
               f"questions that the phone answers with yes ({_ANSWERS_ID})", _CLASSES, _MOST_CLASSES, fills.answers),
         Block("viseme_phones", "segment", "dv", "numeric", _paper("segment: number of phonemes in dynamic viseme"),
-              "spoken phones that share a frame with the viseme", ("phones",), 1,
+              "spoken phones from the viseme's first frame to its last", ("phones",), 1,
               partial(fills.of_segment, "viseme", "viseme_phones")),
         Block("syllable_viseme_position", "syllable", "dv", "binary", number,
-              "the third of the visemes that share a frame with the syllable; none in silence", _THIRDS, 1,
+              "the third of the syllable's visemes, from its first frame to its last; none in silence", _THIRDS, 1,
               fills.syllable_viseme_position),
         Block("syllable_visemes", "syllable", "dv", "numeric", number,
-              "visemes that share a frame with the syllable; 0 in silence", ("visemes",), 1,
+              "visemes from the syllable's first frame to its last; 0 in silence", ("visemes",), 1,
               partial(fills.of_segment, "phone", "syllable_visemes")),
     ]
 

@@ -93,20 +93,23 @@ def _linguistic(tree: LinguisticTree) -> dict[str, Any]:
 
 
 def _shared(phones: Tier, syllable: np.ndarray, edges: np.ndarray, viseme_edges: np.ndarray) -> dict[str, Any]:
-    """Return what visemes share with phones and syllables; to share is to have a frame in common."""
-    owner = np.repeat(np.arange(len(viseme_edges) - 1), np.diff(viseme_edges))  # viseme of each frame
-    spoken = np.array([label not in SILENCES for label in phones.labels])
+    """Return what visemes share with phones and syllables.
+
+    A viseme holds the phones from the one at its first frame to the one at its last, a syllable the visemes likewise;
+    those between that are too short to own a frame are counted.
+    """
+    phone_at, viseme_at = (np.repeat(np.arange(len(e) - 1), np.diff(e)) for e in (edges, viseme_edges))
+    spoken = np.cumsum([0, *(label not in SILENCES for label in phones.labels)])
+    seen = np.diff(viseme_edges) > 0
+    viseme_phones = np.zeros(len(seen), int)
+    viseme_phones[seen] = spoken[phone_at[viseme_edges[1:][seen] - 1] + 1] - spoken[phone_at[viseme_edges[:-1][seen]]]
     starts, ends = edges[:-1], edges[1:]
-    heard = spoken & (ends > starts)
-    begins = np.searchsorted(starts[heard], viseme_edges[1:], "left")  # phones that begin before the viseme ends
-    over = np.searchsorted(ends[heard], viseme_edges[:-1], "right")  # phones that end before it begins
-    viseme_phones = np.where(np.diff(viseme_edges) > 0, begins - over, 0)
     first, count = np.zeros(len(syllable), int), np.zeros(len(syllable), int)
     for s in range(int(syllable.max(initial=-1)) + 1):
         members = syllable == s
         low, high = int(starts[members].min()), int(ends[members].max())
         if high > low:
-            first[members], count[members] = owner[low], owner[high - 1] - owner[low] + 1
+            first[members], count[members] = viseme_at[low], viseme_at[high - 1] - viseme_at[low] + 1
     return {"viseme_phones": viseme_phones, "syllable_viseme_start": first, "syllable_visemes": count}
 
 

@@ -36,12 +36,11 @@ def context(track: str, offsets: tuple[int, ...], width: int, view: View, start:
     return _spread(view, *around, width, track, start, pad)
 
 
-def _spread(view: View, codes: Any, inside: Any, width: int, track: str, start: int, pad: int) -> Any:
-    """Return ``start + place * width + code`` for the places inside, and the column of silence or ``pad`` elsewhere."""
+def _spread(view: View, codes: Any, outside: Any, width: int, track: str, start: int, pad: int) -> Any:
+    """Return ``start + place * width + code``, in places outside the column of silence or, for visemes, ``pad``."""
     places = codes.shape[1]
     base = view.constant(("base", start, places, width), lambda: np.arange(places, dtype=np.int32) * width + start)
-    outside = base + phone_id(SILENCE) if track == "phone" else base * 0 + pad
-    return view.xp.where(inside, base + view.cast(codes, "int32"), outside)
+    return view.put(codes + base, outside, base + phone_id(SILENCE) if track == "phone" else pad)
 
 
 def _answer_columns(start: int, pad: int) -> np.ndarray:
@@ -62,9 +61,7 @@ def answers_around(offsets: tuple[int, ...], segments: bool, view: View, start: 
     """Return the questions answered with yes by the phones at some frames, or segments, around this one."""
     index, bounds, name = ((view.phone.segment, view.phone.segment_bounds, "phone_code") if segments else
                            (view.frames, view.phone.frame_bounds, "phone"))
-    codes, inside = view.around(name, index, offsets, bounds)
-    silence = view.constant("silence", lambda: np.array(phone_id(SILENCE), dtype=np.int64))
-    codes = view.xp.where(inside, view.cast(codes, "int64"), silence)
+    codes = view.put(*view.around(name, index, offsets, bounds), phone_id(SILENCE))
 
     def build() -> np.ndarray:
         width = ANSWERS.shape[1]
@@ -72,19 +69,19 @@ def answers_around(offsets: tuple[int, ...], segments: bool, view: View, start: 
 
     tables = view.constant(("answers around", start, pad, offsets), build)
     place = view.constant(("places", len(offsets)), lambda: np.arange(len(offsets), dtype=np.int64))
-    return tables[place[None], codes].reshape(len(codes), -1)
+    return tables[place, codes].reshape(len(codes), -1)
 
 
 def tree_position(name: str, view: View, start: int, pad: int) -> Any:
     """Return the third of the larger unit in which the smaller one lies; none in silence."""
-    third = view.wide("positions", view.phone.segment)[:, POSITIONS.index(name)][:, None]
+    third = view.phone.of_segment("positions")[:, POSITIONS.index(name)][:, None]
     return view.xp.where(third == NOWHERE, pad, third + start)
 
 
 def syllable_viseme_position(view: View, start: int, pad: int) -> Any:
     """Return the third of the syllable's dynamic visemes in which this one lies; none in silence."""
-    count = view.wide("syllable_visemes", view.phone.segment)
-    index = view.viseme.segment - view.wide("syllable_viseme_start", view.phone.segment)
+    count = view.phone.of_segment("syllable_visemes")
+    index = view.viseme.segment - view.phone.of_segment("syllable_viseme_start")
     return view.xp.where(count == 0, pad, thirds(index, count + (count == 0)) + start)[:, None]
 
 
@@ -105,15 +102,14 @@ def fraction(track: str, view: View, start: int, pad: int) -> Any:
 
 def tree_count(name: str, view: View, start: int, pad: int) -> Any:
     """Return how many smaller units the larger one has; 0 in silence."""
-    return view.wide("counts", view.phone.segment)[:, COUNTS.index(name)][:, None]
+    return view.phone.of_segment("counts")[:, COUNTS.index(name)][:, None]
 
 
 def of_segment(track: str, name: str, view: View, start: int, pad: int) -> Any:
     """Return a count that belongs to the segment."""
-    return view.wide(name, view.track(track).segment)[:, None]
+    return view.track(track).of_segment(name)[:, None]
 
 
 def neighbour_frames(offsets: tuple[int, ...], view: View, start: int, pad: int) -> Any:
     """Return the numbers of frames of neighbouring phones; 0 outside the utterance."""
-    values, inside = view.around("phone_frames", view.phone.segment, offsets, view.phone.segment_bounds)
-    return view.cast(values, "int64") * inside
+    return view.put(*view.around("phone_frames", view.phone.segment, offsets, view.phone.segment_bounds), 0)

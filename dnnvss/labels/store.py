@@ -32,13 +32,14 @@ class CodeStore(FrameCodes):
 
     @classmethod
     def join(cls, utterances: Mapping[str, FrameCodes] | Iterable[tuple[str, FrameCodes]]) -> "CodeStore":
-        """Return the store of utterances by id, in order.
+        """Return the store of utterances by id, in order; a store among them brings its own ids.
 
         Raises:
             DnnvssError: no utterance, an id twice, or codes of different tables or rates.
         """
         pairs = list(utterances.items() if isinstance(utterances, Mapping) else utterances)
-        ids, parts = tuple(i for i, _ in pairs), [c for _, c in pairs]
+        parts = [c for _, c in pairs]
+        ids = tuple(i for name, c in pairs for i in (c.ids if isinstance(c, CodeStore) else (name,)))
         if not parts or len(set(ids)) != len(ids):
             raise DnnvssError("a code store needs at least one utterance, each once",
                               remedy="Check the list of utterances")
@@ -48,7 +49,7 @@ class CodeStore(FrameCodes):
                 raise DnnvssError("codes of different feature tables or frame rates cannot be joined", utterance=name,
                                   remedy="Encode all utterances with one configuration")
         rows = {"frame": _starts(parts, "phone"), "phone": _starts(parts, "phone_code"),
-                "utterance": np.arange(len(parts)),
+                "utterance": _starts(parts, "utterance_start"),
                 "viseme": _starts(parts, "viseme_code") if parts[0].has_visemes else None}
         arrays = {name: _joined([p.arrays[name] for p in parts], rows.get(field.points_to))
                   for name, field in fields(parts[0].has_visemes).items()}

@@ -64,7 +64,7 @@ QUESTIONS: tuple[Question, ...] = (
     Question("jaw_open", "Is the jaw wide open?", lambda a: a.opening >= 0.7, 3),
     Question("tongue_visible", "Is the tongue seen at the teeth?", lambda a: _place("dental")(a) or a.lateral, 2),
     # silence and the major classes
-    Question("silence", "Is it a pause of any kind?", _manner("silence"), 12),
+    Question("silence", "Is it a pause of any kind?", _manner("silence"), 20),
     Question("short_pause", "Is it a short pause?", lambda a: a.manner == "silence" and a.place == "short", 0.5),
     Question("vowel", "Is it a vowel?", _manner("vowel"), 0.5),
     Question("consonant", "Is it a consonant?", _is_consonant, 0.5),
