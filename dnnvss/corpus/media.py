@@ -64,7 +64,7 @@ def read_video(path: str | Path) -> np.ndarray:
 
 
 def read_audio(path: str | Path, rate: int = 16000) -> np.ndarray:
-    """Return the sound of a wav or video file as mono float32 in [-1, 1] at ``rate`` samples a second, shape (samples,).
+    """Return the sound of a wav or video file, mono float32 (samples,) in [-1, 1] at ``rate`` samples a second.
 
     Raises:
         DnnvssError: the file is missing, unreadable or has no sound.

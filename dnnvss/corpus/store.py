@@ -1,4 +1,4 @@
-"""A prepared corpus on disk: ``corpus.json``, ``utterances.jsonl``, ``splits/*.txt``, media and landmarks beside them."""
+"""A prepared corpus on disk: ``corpus.json``, ``utterances.jsonl``, ``splits/*.txt``, media and landmarks."""
 
 import hashlib
 import json
@@ -96,8 +96,8 @@ class Corpus:
         """
         relative = getattr(utterance, kind)
         if relative is None or not (self.root / relative).is_file():
-            raise DnnvssError(f"has no {kind} file", utterance=utterance.id, file=self.root / (relative or "corpus.json"),
-                              remedy="Prepare the corpus again")
+            file = self.root / (relative or "corpus.json")
+            raise DnnvssError(f"has no {kind}", utterance=utterance.id, file=file, remedy="Prepare the corpus again")
         return self.root / relative
 
     def landmarks(self, utterance: Utterance) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,7 @@
 """The feed-forward network of Thangthai et al. 2016, section 2."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import torch
 from torch import Tensor, nn
@@ -70,7 +71,7 @@ class FeedForward(nn.Module):
         self.first = CodeLinear(binary, numeric, hidden[0])
         self.first.reset(active)
         layers: list[nn.Module] = [ACTIVATIONS[activation](), nn.Dropout(dropout)]
-        for before, after in zip(hidden[:-1], hidden[1:], strict=True):
+        for before, after in pairwise(hidden):
             layers += [self._linear(before, after), ACTIVATIONS[activation](), nn.Dropout(dropout)]
         self.rest = nn.Sequential(*layers, self._linear(hidden[-1], out))
 

@@ -22,7 +22,7 @@ from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
 
 _PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocketsphinx")
 WINDOWS = {"static": STATIC, "static_delta": STATIC_DELTA, "static_delta_delta2": STATIC_DELTA_DELTA2}
-_NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample", "experiment", "debug")
+_NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample")
 
 
 def run_name(config: DictConfig, fingerprint: str) -> str:
@@ -66,10 +66,10 @@ class Run:
             DnnvssError: the folder holds no finished run, its checkpoint is damaged, or it was trained with another
                 feature table than its configuration now builds.
         """
-        config = files.read(folder / "config.yaml", lambda p: OmegaConf.load(p), "Train a system first: python train.py")
+        config = files.read(folder / "config.yaml", OmegaConf.load, "Train a system first: python train.py")
         checkpoint = load_checkpoint(folder / "model.pt")
         if not isinstance(config, DictConfig) or "table" not in checkpoint:
-            raise DnnvssError("is not a run folder of this package", file=folder, remedy="Train a system: python train.py")
+            raise DnnvssError("is no run folder of this package", file=folder, remedy="Train a system: python train.py")
         task = make_task(config)
         try:
             task.table.check(checkpoint["table"])

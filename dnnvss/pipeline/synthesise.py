@@ -50,7 +50,8 @@ def synthesise(config: DictConfig) -> None:
     trajectory = generate(run, Utterance("synthesis", plan.text, alignment))
     out = Path(config.out)
     rate = FrameClock(config.rate or voice["rate"])
-    notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "credit": voice["credit"]}
+    notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced}
+    notes["credit"] = voice["credit"]
     written = write_outputs(run, out, rate, config.scale, trajectory, plan, notes)
     print("wrote " + ", ".join(str(p) for p in written))
 
@@ -72,7 +73,7 @@ def _from_alignment(config: DictConfig) -> Plan:
     alignment = read_alignment(config.alignment)
     text = str(config.text) if config.text else " ".join(w for w in alignment["words"].labels if w)
     if config.wav:
-        return Plan(text, alignment, read_audio(config.wav, _SOUND_RATE), _SOUND_RATE, {"engine": "the given recording"})
+        return Plan(text, alignment, read_audio(config.wav, _SOUND_RATE), notes={"engine": "the given recording"})
     return _spoken(config, Plan(text, alignment), None)
 
 
@@ -83,7 +84,7 @@ def _from_voice(config: DictConfig, voice: dict[str, Any]) -> Plan:
     sentence = parse(str(config.text), variant=voice["variant"], overrides=config.overrides)
     aligned = align(read_audio(config.wav, _ALIGNER_RATE), sentence.choices())
     notes = {"engine": "the given recording", "pronunciation": sentence.report(), "alignment_scores": aligned.scores}
-    return Plan(sentence.text, aligned.alignment, read_audio(config.wav, _SOUND_RATE), _SOUND_RATE, notes)
+    return Plan(sentence.text, aligned.alignment, read_audio(config.wav, _SOUND_RATE), notes=notes)
 
 
 def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
@@ -126,13 +127,15 @@ def generate(run: Run, utterance: Utterance) -> np.ndarray:
 def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajectory: np.ndarray, plan: Plan,
                   notes: dict[str, Any]) -> list[Path]:
     """Write video, trajectory, alignment, plot and report; return their paths, the video first."""
-    from dnnvss.render import Renderer, write_video
+    from dnnvss.aam import ActiveAppearanceModel
+    from dnnvss.render import Neutral, Renderer, write_video
     from dnnvss.render.plots import plot_trajectories
 
-    renderer = Renderer.load(run.folder / "face.npz", run.folder / "aam.npz", scale=scale)
+    model = ActiveAppearanceModel.load(run.folder / "aam.npz")
+    renderer = Renderer(model, Neutral.load(run.folder / "face.npz"), scale)
     clock = run.task.clock
-    columns = np.array(renderer.model.names)
-    written = [out, out.with_suffix(".npz"), out.with_suffix(".TextGrid"), out.with_suffix(".png"), out.with_suffix(".json")]
+    columns = np.array(model.names)
+    written = [out, *(out.with_suffix(s) for s in (".npz", ".TextGrid", ".png", ".json"))]
     files.write_arrays(written[1], parameters=trajectory.astype(np.float32), rate=float(clock.rate), columns=columns,
                        points=renderer.points_in_image(trajectory).astype(np.float32))
     write_alignment(written[2], plan.alignment)

@@ -15,6 +15,7 @@ from dnnvss.models import Example, PhoneMean, TrainingMean, VisualModel
 from dnnvss.phones import SILENCES
 from dnnvss.pipeline.data import SPLITS, Task, speech_frames, split_examples
 from dnnvss.pipeline.folder import Run, make_model, make_task, provenance, run_name
+from dnnvss.render import choose_neutral
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.speech.durations import DurationModel
 from dnnvss.trajectory import mlpg
@@ -34,7 +35,6 @@ def train(config: DictConfig) -> float:
         print((folder / "metrics.md").read_text(encoding="utf-8"))
         return float(files.read_json(folder / "metrics.json")["headline"])
     folder.mkdir(parents=True, exist_ok=True)
-    _check_same(folder, config)
     files.write_text(folder / "config.yaml", OmegaConf.to_yaml(config, resolve=True))
     files.write_json(folder / "run.json", provenance(corpus.fingerprint))
 
@@ -85,13 +85,12 @@ def evaluate_run(folder: Path, corpus: Corpus, task: Task, model: VisualModel,
     test = examples["test"]
     predicted = {name: trajectories(task, system, test) for name, system in systems.items()}
     references = {e.id: e.targets[:, 0] for e in test if e.targets is not None}
-    files.write_arrays(folder / "predictions" / "test.npz", **predicted["model"])
-    files.write_arrays(folder / "predictions" / "reference.npz", **references)
-    report = evaluate(
-        predicted, references,
-        speech={e.id: speech_frames(e.alignment, task.clock) for e in test},
-        valid={e.id: e.valid for e in test if e.valid is not None},
-    )
+    speech = {e.id: speech_frames(e.alignment, task.clock) for e in test}
+    valid = {e.id: e.valid for e in test if e.valid is not None}
+    outputs = {"predicted": predicted["model"], "reference": references, "speech": speech, "valid": valid}
+    for name, arrays in outputs.items():
+        files.write_arrays(folder / "predictions" / f"{name}.npz", **arrays)
+    report = evaluate(predicted, references, speech=speech, valid=valid)
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     files.write_text(folder / "metrics.md", f"{title}\n\n{report.markdown()}\n\n{corpus.info.credit}\n")
     print(f"\n{title}\n\n{report.table()}")
@@ -101,12 +100,10 @@ def evaluate_run(folder: Path, corpus: Corpus, task: Task, model: VisualModel,
 
 def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: DictConfig) -> None:
     """Write what synthesis needs beside the model: the AAM, the face, durations and the talker's phones."""
-    from dnnvss.render import Renderer
-
     train = [u for u in corpus.split("train", config.corpus.split) if u.id not in encoded.dropped]
     with files.replacing(folder / "aam.npz") as temporary:
         shutil.copyfile(encoded.folder / "aam.npz", temporary)
-    Renderer.from_corpus(corpus, encoded, train).save(folder / "face.npz")
+    choose_neutral(corpus, encoded).save(folder / "face.npz")
     DurationModel.fit(train).save(folder / "durations.npz")
     spoken = sorted({p for u in train for p in u.alignment["phones"].labels} - set(SILENCES))
     voice = {"phones": spoken, "variant": corpus.info.variant, "rate": corpus.info.rate, "credit": corpus.info.credit}
@@ -127,5 +124,3 @@ def _render_sample(folder: Path, corpus: Corpus, utterance: str) -> None:
     render_utterance(Run.open(folder), corpus, corpus.utterances[utterance], folder / "sample.mp4")
 
 
-def _check_same(folder: Path, config: DictConfig) -> None:
-    """Refuse to go on with a run folder that another configuration began."""

@@ -10,7 +10,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.timing.clock import FrameClock
 
 TOLERANCE = 1e-4
-"""Seconds by which two edges may differ and still be taken for the same one (the precision of HTK and TextGrid files)."""
+"""Seconds by which two edges may differ and still be taken for the same one."""
 
 
 class Segment(NamedTuple):

@@ -27,8 +27,9 @@ class FrameBatches(IterableDataset):
         epoch: returns the number of the epoch.
     """
 
-    def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray, batch_size: int,
-                 share: float = 1.0, seed: int | None = None, epoch: Callable[[], int] = lambda: 0) -> None:
+    def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray,
+                 batch_size: int, share: float = 1.0, seed: int | None = None,
+                 epoch: Callable[[], int] = lambda: 0) -> None:
         self.store, self.scaler, self.targets, self.frames = store, scaler, torch.from_numpy(targets), frames
         self.batch_size, self.share, self.seed, self.epoch = min(batch_size, len(frames)), share, seed, epoch
 

@@ -40,7 +40,7 @@ class FrameRegression(L.LightningModule):
         return squared.sum(1).mean() if self.settings.reduction == "sum" else squared.mean()
 
     def on_train_batch_start(self, batch: Batch, index: int) -> None:
-        """Seed dropout by the step, so that a resumed run draws the same masks (loaders draw from the same generator)."""
+        """Seed dropout by the step, so that a resumed run draws the same masks; loaders share the generator."""
         torch.manual_seed(self.settings.seed * 1_000_003 + self.global_step)
 
     def training_step(self, batch: Batch, index: int) -> Tensor:
@@ -51,7 +51,7 @@ class FrameRegression(L.LightningModule):
             raise DnnvssError(
                 f"training diverged in epoch {self.current_epoch}, batch {index}: loss {loss.item()} at learning rate "
                 f"{s.learning_rate} ({s.optimizer}, reduction {s.reduction!r}, batch size {s.batch_size})",
-                remedy="Lower trainer.learning_rate or trainer.clip; the last good checkpoint is kept in the run folder",
+                remedy="Lower trainer.learning_rate or trainer.clip; the run folder keeps the last good checkpoint",
             )
         self.log("train/loss", loss, on_step=False, on_epoch=True, batch_size=len(batch[0]))
         return loss

@@ -64,5 +64,5 @@ class FitSettings:
                 raise DnnvssError(f"trainer.{name}={value!r}", remedy=f"Use one of {list(allowed)}")
         for name in ("learning_rate", "batch_size", "epochs", "share", "clip"):
             if getattr(self, name) <= 0:
-                raise DnnvssError(f"trainer.{name}={getattr(self, name)} is not positive", remedy="Give a positive value")
+                raise DnnvssError(f"trainer.{name}={getattr(self, name)} is not positive", remedy="Give more than 0")
         object.__setattr__(self, "stream_weights", tuple(self.stream_weights))

@@ -50,7 +50,7 @@ def test_state_is_plain_and_restores_the_model(fitted: tuple[str, VisualModel], 
         np.testing.assert_array_equal(other.predict(example).variance, model.predict(example).variance)
 
 
-def test_prediction_does_not_depend_on_what_was_predicted_before(fitted: tuple[str, VisualModel], examples: dict) -> None:
+def test_prediction_does_not_depend_on_earlier_ones(fitted: tuple[str, VisualModel], examples: dict) -> None:
     first, second = examples["test"]
     before = fitted[1].predict(first).mean
     fitted[1].predict(second)
