@@ -76,7 +76,7 @@ def evaluate(
     scores: dict[str, dict[str, Scores]] = {}
     for name, predicted in systems.items():
         if missing := sorted(set(references) - set(predicted)):
-            raise DnnvssError(f"system {name!r} has no prediction", utterance=missing[0], remedy="Predict each sentence")
+            raise DnnvssError(f"system {name!r} has no prediction", utterance=missing[0], remedy="Predict them all")
         scores[name] = {}
         for i, reference in references.items():
             try:

@@ -66,7 +66,17 @@ class Lapack:
             first = info - 1 if info else weak[0]
             b, d, t = np.unravel_index(first, (self.shared, columns, frames))
             raise _undetermined((t, b, d))
-        self.factor = factor
+        self.factor, self.shape = factor, (width, self.shared, columns, frames)
+
+    def unit_factor(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the factor as :func:`_sweep` does: multipliers (T + K, K, B, D) and pivots (T, B, D)."""
+        width, batch, columns, frames = self.shape
+        factor = self.factor.reshape(width, batch, columns, frames).transpose(0, 3, 1, 2)
+        reach = width - 1
+        lower = np.zeros((frames + reach, reach, batch, columns))
+        for k in range(1, min(width, frames)):
+            lower[k:frames, reach - k] = factor[k, : frames - k] / factor[0, : frames - k]
+        return lower, np.ascontiguousarray(factor[0] ** 2)
 
     def solve(self, rhs: torch.Tensor) -> torch.Tensor:
         """Return the solutions (T, B, D)."""
@@ -82,40 +92,58 @@ class Sweep:
     """LDL' factorisation frame by frame, each step across all columns at once (numpy)."""
 
     def __init__(self, bands: torch.Tensor) -> None:
-        source = bands.numpy()
-        self.reach = len(source) - 1
-        self.lower = np.zeros_like(source)  # lower[k, t]: the multiplier between frames t and t - k
-        self.pivot = source[0].copy()
-        scratch, self_lower = np.empty_like(self.pivot[0]), self.lower
-        for t in range(1, len(self.pivot)):
-            near = min(t, self.reach)
-            undivided: dict[int, np.ndarray] = {}
-            for k in range(near, 0, -1):
-                value = source[k, t - k].copy()
-                for m in range(near, k, -1):
-                    value -= np.multiply(undivided[m], self_lower[m - k, t - k], out=scratch)
-                undivided[k] = value
-                np.divide(value, self.pivot[t - k], out=self_lower[k, t])
-                self.pivot[t] -= np.multiply(value, self_lower[k, t], out=scratch)
-        weak = self.pivot < _SINGULAR * source[0]
-        if weak.any():
-            raise _undetermined(np.argwhere(weak)[0])
+        self.reach = len(bands) - 1
+        if bands[0, 0].numel() <= _LAPACK_COLUMNS:  # few matrices, shared by a wide batch
+            self.lower, self.pivot = Lapack(bands).unit_factor()
+        else:
+            self.lower, self.pivot = _sweep(bands.numpy())
 
     def solve(self, rhs: torch.Tensor) -> torch.Tensor:
         """Return the solutions (T, B, D)."""
-        x = rhs.numpy().copy()
-        frames, scratch = len(x), np.empty_like(x[0])
-        multiply, subtract = np.multiply, np.subtract
+        frames, reach = len(rhs), self.reach
+        padded = np.zeros((frames + 2 * reach, *rhs.shape[1:]))  # empty frames at both ends: every step is alike
+        x = padded[reach : reach + frames]
+        x[:] = rhs.numpy()
+        terms = np.empty((reach, *rhs.shape[1:]))
         for t in range(1, frames):
-            for k in range(1, min(t, self.reach) + 1):
-                multiply(self.lower[k, t], x[t - k], scratch)
-                subtract(x[t], scratch, x[t])
+            np.multiply(self.lower[t], padded[t : t + reach], terms)
+            for term in terms:
+                np.subtract(x[t], term, x[t])
         x /= self.pivot
+        upper = self._upper()
         for t in range(frames - 2, -1, -1):
-            for k in range(1, min(frames - 1 - t, self.reach) + 1):
-                multiply(self.lower[k, t + k], x[t + k], scratch)
-                subtract(x[t], scratch, x[t])
-        return torch.from_numpy(x)
+            np.multiply(upper[t], padded[t + reach + 1 : t + 2 * reach + 1], terms)
+            for term in terms:
+                np.subtract(x[t], term, x[t])
+        return torch.from_numpy(x.copy())
+
+    def _upper(self) -> np.ndarray:
+        """Return the multipliers of the later frames, ``upper[t, k - 1] = lower[t + k, K - k]``, without a copy."""
+        step = self.lower.strides[1]
+        start = self.lower[1:, self.reach - 1 :] if self.reach else self.lower
+        shape = (len(self.pivot), *self.lower.shape[1:])
+        strides = (self.lower.strides[0], step * (self.reach - 1), *self.lower.strides[2:])
+        return np.lib.stride_tricks.as_strided(start, shape, strides, writeable=False)
+
+
+def _sweep(source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return multipliers (T + K, K, B, D), ``lower[t, K - k]`` between frames t and t - k, and pivots (T, B, D)."""
+    reach, frames = len(source) - 1, source.shape[1]
+    lower = np.zeros((frames + reach, reach, *source.shape[2:]))
+    pivot = source[0].copy()
+    scratch = np.empty_like(pivot[0])
+    for t in range(1, frames):
+        undivided: dict[int, np.ndarray] = {}
+        for k in range(min(t, reach), 0, -1):
+            undivided[k] = value = source[k, t - k].copy()
+            for m in range(min(t, reach), k, -1):
+                value -= np.multiply(undivided[m], lower[t - k, reach - (m - k)], out=scratch)
+            np.divide(value, pivot[t - k], out=lower[t, reach - k])
+            pivot[t] -= np.multiply(value, lower[t, reach - k], out=scratch)
+    weak = pivot < _SINGULAR * source[0]
+    if weak.any():
+        raise _undetermined(tuple(np.argwhere(weak)[0]))
+    return lower, pivot
 
 
 class CyclicReduction:

@@ -1,5 +1,6 @@
 """Maximum-likelihood parameter generation: the smooth trajectory that the predicted streams make most likely."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -119,17 +120,18 @@ class _Equations:
         batch, frames, _, columns = self.shape
         front = 2 * self.windows.reach
         wide = torch.zeros(front + frames + self.windows.reach, batch, columns, dtype=torch.float64, device=mean.device)
+        weighted = wide.new_empty(frames, batch, columns)
         for w in range(len(self.windows)):
             stream = mean[:, :, w]
             if self.counts is not None:
                 behind = torch.arange(frames, device=mean.device) >= self.counts[:, None]
                 stream = stream.masked_fill(behind[..., None], 0.0)
-            weighted = (stream * self.precision[:, :, w]).transpose(0, 1)
+            torch.mul(stream.transpose(0, 1), self.precision[:, :, w].transpose(0, 1), out=weighted)
             for s, weight in self.windows.weights(w):
                 wide[front + s : front + s + frames].add_(weighted, alpha=weight)
         _fold_vector(_indexable(wide), front, self._last(front), self.windows.reach)
         x = self.solve(wide[front : front + frames])
-        if not bool(torch.isfinite(x).all()):
+        if not math.isfinite(x.sum()):
             where = torch.nonzero(~torch.isfinite(mean))
             raise DnnvssError(f"means are not finite, first at (row, frame, stream, parameter) {where[:1].tolist()}",
                               remedy="Check the model that predicted them; training may have diverged")
