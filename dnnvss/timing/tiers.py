@@ -100,7 +100,7 @@ def _joined(name: str, segments: list[Segment]) -> list[Segment]:
         raise DnnvssError(f"tier {name!r} has no segment", remedy="Give at least one segment that spans the utterance")
     joined: list[Segment] = []
     for segment in segments:
-        if not np.isfinite([segment.start, segment.end]).all() or segment.end - segment.start <= 0:
+        if not (np.isfinite([segment.start, segment.end]).all() and segment.start < segment.end):
             raise DnnvssError(
                 f"tier {name!r}: segment {segment.label!r} runs from {segment.start} to {segment.end} s",
                 remedy="Give each segment an end after its start",
@@ -112,8 +112,22 @@ def _joined(name: str, segments: list[Segment]) -> list[Segment]:
                 f"{joined[-1].end:.4f} s, and {segment.label!r}, which starts at {segment.start:.4f} s",
                 remedy="Make the segments meet; write silence as a segment of its own",
             )
-        joined.append(segment._replace(start=joined[-1].end) if joined else segment)
+        segment = segment._replace(start=joined[-1].end) if joined else segment
+        if segment.duration <= 0:
+            raise DnnvssError(
+                f"tier {name!r}: segment {segment.label!r} ends at {segment.end} s, where the one before it ends",
+                remedy="Leave the segment out or make it longer",
+            )
+        joined.append(segment)
     return joined
+
+
+def _spanning(tier: Tier, start: float, end: float) -> Tier:
+    """Return the tier with its first and last edge put in place, itself if they are."""
+    if (tier.start, tier.end) == (start, end):
+        return tier
+    edges = [start, *tier.edges[1:-1].tolist(), end]
+    return Tier(tier.name, zip(edges[:-1], edges[1:], tier.labels, strict=True))
 
 
 @dataclass(frozen=True)
@@ -121,7 +135,8 @@ class Alignment:
     """Tiers over the same stretch of time.
 
     The package reads the tiers ``phones`` and ``words``, and ``visemes`` (dynamic visemes) where present. In ``words``
-    a pause has the label ``""``.
+    a pause has the label ``""``. Tiers that start or end apart by no more than :data:`TOLERANCE` are made to span what
+    the first one spans, so that all of them have the same number of frames at any rate.
 
     Raises:
         DnnvssError: no tier, two tiers of one name, or tiers that start or end apart.
@@ -142,6 +157,7 @@ class Alignment:
                     f"{first.start:.4f} to {first.end:.4f} s",
                     remedy="Let all tiers span the whole utterance; pad with silence",
                 )
+        object.__setattr__(self, "tiers", (first, *(_spanning(t, first.start, first.end) for t in self.tiers[1:])))
 
     def __contains__(self, name: str) -> bool:
         return any(t.name == name for t in self.tiers)
