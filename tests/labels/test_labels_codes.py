@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from conftest import alignments
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from labels_cases import alignments
 from labels_oracle import dense
 
 from dnnvss.errors import DnnvssError

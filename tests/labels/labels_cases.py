@@ -1,14 +1,9 @@
 """Random alignments."""
 
-import sys
-from pathlib import Path
-
 from hypothesis import strategies as st
 
 from dnnvss.phones import PHONES, SPOKEN
 from dnnvss.timing import Alignment, Tier
-
-sys.path.insert(0, str(Path(__file__).parent))  # the tests share labels_oracle.py
 
 
 @st.composite
