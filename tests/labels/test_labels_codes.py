@@ -7,8 +7,8 @@ import pytest
 import torch
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from labels_cases import alignments
-from labels_oracle import dense
+from labels.labels_cases import alignments
+from labels.labels_oracle import dense
 
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import CodeStore, FeatureTable, FrameCodes, catalogue, encode, expand
