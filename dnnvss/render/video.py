@@ -1,0 +1,144 @@
+"""Video files with sound: H.264 and AAC in MP4, every frame at its exact time."""
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.timing import FrameClock
+
+_AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
+_AAC_BLOCK = 1024
+_BT601 = "colorprim=smpte170m:transfer=smpte170m:colormatrix=smpte170m"
+"""The colour space that the conversion from RGB uses, written into the file so that players do not have to guess."""
+
+
+def write_video(
+    path: str | Path,
+    frames: Iterable[np.ndarray],
+    rate: Fraction | int | float | str,
+    audio: np.ndarray | None = None,
+    audio_rate: int = 16000,
+    quality: int = 18,
+) -> Path:
+    """Write frames, with sound where given, as MP4 and return the path.
+
+    Frame ``i`` is shown at exactly ``i / rate`` seconds (the file counts in ticks of ``1 / rate``), so that no rate
+    drifts. Picture and sound start at time zero; the encoder's silent lead-in is skipped by the file's edit list. The
+    index stands at the front, so that browsers play while they load. The file is whole or absent.
+
+    Args:
+        path: the file, ``.mp4``.
+        frames: pictures, uint8 RGB (H, W_, 3), all of one size; an odd side is lengthened by a pixel.
+        rate: frames a second, as :class:`FrameClock` takes it (``29.97`` means 30000/1001).
+        audio: mono samples (n,) in [-1, 1], or None for a silent file.
+        audio_rate: samples a second.
+        quality: constant rate factor of x264; smaller is better and larger.
+
+    Raises:
+        DnnvssError: no frame, frames of different sizes, or a disk that cannot take the file.
+    """
+    path = Path(path)
+    source = iter(frames)
+    first = next(source, None)
+    if first is None:
+        raise DnnvssError("there is no frame to write", file=path, remedy="Give an utterance that lasts a frame")
+    clock = FrameClock(rate)
+    with files.replacing(path) as temporary:
+        container = av.open(str(temporary), "w", format="mp4", options={"movflags": "faststart"})
+        try:
+            picture = _video_stream(container, first.shape, clock.rate, quality)
+            sound = _Sound(container, audio, audio_rate) if audio is not None and len(audio) else None
+            _write(container, picture, sound, _same_size(path, first, source), clock)
+            container.close()
+        except BaseException:
+            _abandon(container)
+            raise
+    return path
+
+
+def _write(
+    container: Any, picture: Any, sound: "_Sound | None", frames: Iterator[np.ndarray], clock: FrameClock
+) -> None:
+    """Encode pictures and sound side by side, so that neither waits in memory for the other."""
+    for index, image in enumerate(frames):
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(_even(image)), format="rgb24")
+        frame.pts, frame.time_base = index, 1 / clock.rate
+        container.mux(picture.encode(frame))
+        if sound is not None:
+            sound.write_until(clock.seconds(index + 1))
+    container.mux(picture.encode(None))
+    if sound is not None:
+        sound.finish()
+
+
+def _abandon(container: Any) -> None:
+    """Close a container whose writing has failed; the first error is the one to report."""
+    try:
+        container.close()
+    except (OSError, ValueError, av.FFmpegError):
+        return
+
+
+def _video_stream(container: Any, shape: tuple[int, ...], rate: Fraction, quality: int) -> Any:
+    height, width = shape[:2]
+    stream = container.add_stream("libx264", rate=rate, options={"crf": str(quality), "x264-params": _BT601})
+    stream.width, stream.height, stream.pix_fmt = width + width % 2, height + height % 2, "yuv420p"
+    stream.codec_context.time_base = 1 / rate
+    stream.time_base = 1 / rate
+    return stream
+
+
+class _Sound:
+    """Mono samples on their way into a container's AAC stream."""
+
+    def __init__(self, container: Any, samples: np.ndarray, rate: int) -> None:
+        samples = np.clip(np.asarray(samples, dtype=np.float32).reshape(-1), -1, 1)
+        self.rate = rate if rate in _AAC_RATES else 48000
+        self.samples = samples if self.rate == rate else _resampled(samples, rate, self.rate)
+        self.container, self.done = container, 0
+        self.stream = container.add_stream("aac", rate=self.rate, layout="mono")
+        self.stream.bit_rate = 128_000 if self.rate >= 32000 else 64_000
+
+    def write_until(self, seconds: float) -> None:
+        """Encode the whole blocks that begin before a time."""
+        while self.done < min(seconds * self.rate, len(self.samples)):
+            block = self.samples[None, self.done:self.done + _AAC_BLOCK]
+            frame = av.AudioFrame.from_ndarray(np.ascontiguousarray(block), format="fltp", layout="mono")
+            frame.sample_rate, frame.pts, frame.time_base = self.rate, self.done, Fraction(1, self.rate)
+            self.container.mux(self.stream.encode(frame))
+            self.done += block.shape[1]
+
+    def finish(self) -> None:
+        """Encode what is left."""
+        self.write_until(float("inf"))
+        self.container.mux(self.stream.encode(None))
+
+
+def _resampled(samples: np.ndarray, source: int, target: int) -> np.ndarray:
+    resampler = av.AudioResampler(format="flt", layout="mono", rate=target)
+    frame = av.AudioFrame.from_ndarray(samples[None], format="flt", layout="mono")
+    frame.sample_rate = source
+    blocks = [*resampler.resample(frame), *resampler.resample(None)]
+    return np.concatenate([b.to_ndarray().reshape(-1) for b in blocks])
+
+
+def _even(image: np.ndarray) -> np.ndarray:
+    height, width = image.shape[:2]
+    if height % 2 == 0 and width % 2 == 0:
+        return image
+    return np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+
+
+def _same_size(path: Path, first: np.ndarray, rest: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+    yield first
+    for index, image in enumerate(rest, start=1):
+        if image.shape != first.shape:
+            raise DnnvssError(f"frame {index} has shape {image.shape} and the first has {first.shape}", file=path,
+                              remedy="Render all frames at one size")
+        yield image
