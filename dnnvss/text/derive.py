@@ -83,6 +83,16 @@ def _respelt(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
             yield phones, f"spelt {base}"
 
 
+def plural(phones: Phones) -> Phones:
+    """Return phones with the ending -s of plurals, possessives and verbs, without stress."""
+    return phones + _s(phones)
+
+
+def past(phones: Phones) -> Phones:
+    """Return phones with the ending -ed, without stress."""
+    return phones + _ed(phones)
+
+
 def _s(phones: Phones) -> Phones:
     """Return the ending -s as it sounds after ``phones``."""
     if phones[-1] in _SIBILANTS:

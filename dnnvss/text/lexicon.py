@@ -82,7 +82,7 @@ def entries(word: str, variant: str = "en_us", overrides: Overrides | None = Non
     """
     if variant not in VARIANTS:
         raise DnnvssError(f"unknown variant {variant!r}", remedy=f"Use one of: {', '.join(VARIANTS)}")
-    key = normalised(word)
+    key = word.lower() if word.lower() in dictionary() else normalised(word)
     if own := _override(key, overrides):
         return [Entry(own, "override")]
     return list(_entries(key, variant))

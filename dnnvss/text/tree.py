@@ -6,7 +6,7 @@ from difflib import SequenceMatcher
 import numpy as np
 
 from dnnvss.phones import SILENCE, SILENCES, VOWELS, phone_id
-from dnnvss.text.breaks import words_and_breaks
+from dnnvss.text.sentence import spoken_words
 from dnnvss.text.syllables import syllable_starts
 from dnnvss.timing import Alignment
 
@@ -123,7 +123,7 @@ def _phrases(alignment: Alignment, text: str, owner: np.ndarray, word: np.ndarra
 def _punctuated(labels: tuple[str, ...], text: str) -> set[int]:
     """Return the segments of the words tier after which the text has punctuation that ends a phrase."""
     tier = [(i, label.strip().lower()) for i, label in enumerate(labels) if label.strip()]
-    written = words_and_breaks(text)
+    written = spoken_words(text)
     matcher = SequenceMatcher(None, [w for _, w in tier], [w for w, _ in written], autojunk=False)
     return {tier[a + k][0] for a, b, n in matcher.get_matching_blocks() for k in range(n) if written[b + k][1]}
 

@@ -1,0 +1,182 @@
+"""Text as it is written to words as they are spoken: one scan from left to right, the first rule that fits wins."""
+
+import re
+import unicodedata
+from dataclasses import replace
+from functools import lru_cache
+
+from dnnvss.errors import DnnvssError
+from dnnvss.text import quantities, wording
+from dnnvss.text.lexicon import check_phones
+from dnnvss.text.tokens import Token, table
+from dnnvss.text.variants import VARIANTS
+from dnnvss.text.wording import Place
+
+_SPACE = re.compile(r"(?:\s|[\u00ad\u200b-\u200f\u2060\ufeff\ufe0f])+")
+_PHONES = re.compile(r"\{([^{}]*)\}")
+_PAUSE = re.compile(r"\[pause(?:\s+(?P<n>\d+(?:\.\d+)?)\s*(?P<unit>ms|s))?\]"
+                    r"|<break\b(?:[^<>]*time=\"(?P<n2>\d+(?:\.\d+)?)(?P<unit2>ms|s)\")?[^<>]*>", re.IGNORECASE)
+_TAG = re.compile(r"</?(?:speak|p|s|w|emphasis|prosody|say-as|sub|voice|lang|mark|b|i|em|strong|br|span|div|html|body)"
+                  r"\b[^<>]*>|<!--.*?-->", re.IGNORECASE | re.DOTALL)
+_EMPHASIS = re.compile(r"(?<![\w*])(\*{1,3})(?=[^\s*])([^*\n]*[^\s*])\1(?!\w)"
+                       r"|(?<!\w)(_{1,2})(?=[^\s_])([^_\n]*[^\s_])\3(?!\w)")
+_ELIDED = re.compile(r"['\u2019](?:\d\ds|em|til|cause|tis|twas|bout|round|n['\u2019]?)(?!\w)", re.IGNORECASE)
+_QUANTITY = re.compile(r"['\u2019+\-\u2212(.$£€¥₹]*\d|[-\u2212]?[$£€¥₹]|[A-Za-z]{3,9}\.?\s(?:the\s)?\d|the\s\d",
+                       re.IGNORECASE)
+_MAJOR = re.compile(r"[.!?\u2026\u203d\u00a1\u00bf]+")
+_MINOR = re.compile(r"[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7]+|-+(?=\s|-|$)|(?<=\s)-+")
+_SILENT = re.compile(r"[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u00b4/*_#-]")
+
+
+def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Token]:
+    """Return the pieces of a text with the words that are said for them, in order.
+
+    Args:
+        text: anything; line breaks count as spaces, an empty line ends a sentence.
+        variant: ``en_us`` or ``en_gb``: order of dates, *and* in numbers.
+        lenient: pass over what cannot be spoken instead of raising.
+
+    Raises:
+        DnnvssError: an unknown variant; a piece that cannot be spoken (a control character, another script, an emoji,
+            braces without phones, a word longer than sixty letters), which the message names.
+    """
+    if variant not in VARIANTS:
+        raise DnnvssError(f"unknown variant {variant!r}", remedy=f"Use one of: {', '.join(VARIANTS)}")
+    found: list[Token] = []
+    _scan(unicodedata.normalize("NFC", text), variant == "en_gb", lenient, found)
+    return found
+
+
+def _scan(text: str, british: bool, lenient: bool, found: list[Token]) -> None:
+    shouting, at = _shouting(text), 0
+    while at < len(text):
+        end = _punctuation(text, at, lenient, found)
+        if end is None:
+            end = _spoken(text, at, british, shouting, lenient, found)
+        if end is None:
+            if not lenient:
+                raise _unspeakable(text, at)
+            end = at + 1
+        at = end
+
+
+def _shouting(text: str) -> bool:
+    words = re.findall(r"[A-Za-z]{2,}", text)
+    return len(words) > 1 and sum(w.isupper() for w in words) > 0.6 * len(words)
+
+
+def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int | None:
+    """Read a space, pause, tag or sign of punctuation at a position; return where it ends, None if none is there."""
+    if match := _SPACE.match(text, at):
+        if match[0].count("\n") > 1:
+            _break(found, "major")
+    elif match := _PHONES.match(text, at):
+        try:
+            phones = check_phones(match[1], match[0])
+            found.append(Token(match[0], ("-".join(p.lower() for p in phones),), phones=phones))
+        except DnnvssError:
+            if not lenient:
+                raise
+    elif match := _PAUSE.match(text, at):
+        number, unit = match["n"] or match["n2"], match["unit"] or match["unit2"]
+        _break(found, "major", float(number) / (1000 if unit == "ms" else 1) if number else None)
+    elif (match := _TAG.match(text, at)) or (_quiet_sign(text, at) and (match := _SILENT.match(text, at))):
+        pass
+    elif match := _MAJOR.match(text, at):
+        if re.match(r"\.\d", text[at : at + 2]):
+            return None  # .5 is a number
+        _break(found, "major")
+    elif match := _MINOR.match(text, at):
+        if match[0] == "-" and re.match(r"-[\d.$£€]", text[at : at + 2]):
+            return None  # a minus sign
+        _break(found, "minor")
+    return match.end() if match else None
+
+
+def _quiet_sign(text: str, at: int) -> bool:
+    """Return whether the sign at a position says nothing: quotes, and what joins two words or frames one."""
+    sign, before, after = text[at], text[at - 1 : at], text[at + 1 : at + 2]
+    if sign in "/*_#-":
+        return bool(sign in "/-_" and before.isalnum() and after.isalnum()) or bool(
+            sign in "*#" and (not after.strip() or after == sign or before == sign)) or bool(
+            sign == "#" and after.isalpha()) or bool(sign == "_" and (not after.strip() or not before.strip()))
+    return not (sign in "'\u2019" and after.isalnum() and not before.isalnum() and _elided(text, at))
+
+
+def _elided(text: str, at: int) -> bool:
+    """Return whether an apostrophe begins a word (*'em*, *'90s*) rather than a quotation."""
+    return bool(_ELIDED.match(text, at))
+
+
+def _break(found: list[Token], brk: str, pause: float | None = None) -> None:
+    if found:
+        found[-1] = found[-1].broken(brk, pause)
+
+
+@lru_cache(maxsize=1)
+def _quantity_rules() -> list[quantities.Rule]:
+    return quantities.rules()
+
+
+def _spoken(text: str, at: int, british: bool, shouting: bool, lenient: bool, found: list[Token]) -> int | None:
+    """Read what is said at a position; return where it ends, None if nothing can be said."""
+    if match := _EMPHASIS.match(text, at):
+        inner: list[Token] = []
+        _scan(match[2] or match[4], british, lenient, inner)
+        found += [replace(token, emphasis=True) for token in inner]
+        return match.end()
+    if text[at].isdigit() and not text[at].isascii():
+        return None if text[at] not in table("symbols") else _symbol(text, at, found)
+    if (end := _by_number(text, at, british, found)) is not None:
+        return end
+    before = found[-1].written if found and found[-1].brk != "major" else ""
+    for pattern, rule in wording.RULES:
+        if match := pattern.match(text, at):
+            said = rule(match, Place(before, text[match.end() :], british, shouting))
+            if said is not None:
+                return _add(found, match, said)
+    return _symbol(text, at, found)
+
+
+def _by_number(text: str, at: int, british: bool, found: list[Token]) -> int | None:
+    if not _QUANTITY.match(text, at):
+        return None
+    for pattern, rule in _quantity_rules():
+        if match := pattern.match(text, at):
+            said = rule(match, british)
+            if said is not None:
+                return _add(found, match, said)
+    return None
+
+
+def _add(found: list[Token], match: re.Match[str], said: list[str] | list[Token]) -> int:
+    if said and isinstance(said[0], Token):
+        found += said  # type: ignore[arg-type]
+    elif said:
+        found.append(Token(match[0], tuple(said)))  # type: ignore[arg-type]
+    end = match.end()
+    if match[0].endswith(".") and said and isinstance(said[0], str) and wording.ends_sentence(match.string[end:]):
+        _break(found, "major")  # the dot of "5 p.m." at the end of a sentence
+    return end
+
+
+def _symbol(text: str, at: int, found: list[Token]) -> int | None:
+    entry = table("symbols").get(text[at])
+    if entry is None:
+        return None
+    found.append(Token(text[at], tuple(entry[0].split())))
+    return at + 1
+
+
+def _unspeakable(text: str, at: int) -> DnnvssError:
+    sign = text[at]
+    piece = re.match(r"\S{1,40}", text[at:])
+    name = unicodedata.name(sign, "a control character" if unicodedata.category(sign) == "Cc" else "unnamed")
+    what = repr(piece[0] if piece and sign.isprintable() else sign)
+    if sign == "{":
+        return DnnvssError(f"cannot speak {what}: the brace is not closed", remedy="Write phones as {W AY1 N D}")
+    if wording.WORD.match(text, at) and sign.isascii():
+        return DnnvssError(f"cannot speak {what}...: a word of more than {wording.LONGEST} letters",
+                           remedy="Split it with spaces or hyphens")
+    return DnnvssError(f"cannot speak {what} (U+{ord(sign):04X}, {name.lower()})",
+                       remedy="Remove it or write it in English words")

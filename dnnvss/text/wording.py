@@ -1,0 +1,243 @@
+"""Rules of normalisation for pieces that begin with a letter: words, abbreviations, initials, acronyms, addresses."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from dnnvss.text import derive, numbers
+from dnnvss.text.lexicon import dictionary
+from dnnvss.text.quantities import plain_number
+from dnnvss.text.tokens import Token, table, word_set
+
+LONGEST = 60
+"""Letters of the longest word that is read."""
+
+_SPELT = word_set("us it am id ai la ad ac dc pe led who sat ip os uk eu un tv pc hr pr ny")
+_STARTERS = word_set(
+    "The He She It We They I But In And You This That There A An On At My His Her Our What When Who Why "
+    "How"
+)
+_NUMBERED = word_set(
+    "chapter part war act volume section phase type book title class article bowl rocky level stage step "
+    "grade scene mark windows"
+)
+_LETTERED = word_set(
+    "vitamin grade plan type class group hepatitis letter level section option point exhibit team figure "
+    "appendix column row block list"
+)
+_TOP_LEVELS = "com org net edu gov uk de fr eu io ai co us ca au info biz tv me dev app nz ie it es nl ch se"
+_ADDRESS_SIGNS = {".": "dot", "/": "slash", "-": "dash", "_": "underscore", "@": "at", ":": "colon",
+                  "?": "question mark", "=": "equals", "&": "and", "#": "hash", "~": "tilde", "%": "percent",
+                  "+": "plus"}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a piece stands: what is before it and after it in the text, and how the text is written.
+
+    Args:
+        before: the word that was last read, as written (empty at the start of a sentence).
+        after: the text that follows the piece.
+        british: British reading of numbers and dates.
+        shouting: the text is written in capitals, so capitals mean nothing.
+    """
+
+    before: str
+    after: str
+    british: bool
+    shouting: bool
+
+
+def _has(word: str) -> bool:
+    return word in dictionary()
+
+
+def _letters(text: str) -> list[str]:
+    return [c.upper() for c in text if c.isalpha()]
+
+
+def _readable(word: str) -> bool:
+    return bool(re.search("[aeiouy]", word)) and not re.search("[^aeiouy']{4}", word)
+
+
+# ---- addresses -------------------------------------------------------------------------------------------------------
+
+ADDRESS = re.compile(
+    r"(?:https?://|ftp://|www\.)[^\s<>\"]*[\w/]|[\w.+-]+@[\w-]+(?:\.[\w-]+)+"
+    rf"|[A-Za-z0-9-]+(?:\.[A-Za-z0-9-]+)*\.(?:{'|'.join(_TOP_LEVELS.split())})(?:\.(?:uk|au|nz))?(?:/[^\s<>\"]*[\w/])?(?![\w])"
+)
+
+
+def address(match: re.Match[str], place: Place) -> list[str]:
+    """Return a web or mail address as it is read out: names of signs, words as words, short domains as letters."""
+    text = re.sub(r"^[a-z]+://", "", match[0])
+    words: list[str] = []
+    for part in re.findall(r"[A-Za-z]+|\d+|[^\w\s]|_", text):
+        if part.isdigit():
+            words += plain_number(part, place.british)
+        elif part.isalpha():
+            words += _address_part(part)
+        else:
+            words += _ADDRESS_SIGNS.get(part, "").split()
+    return words
+
+
+def _address_part(part: str) -> list[str]:
+    low = derive.plain(part)
+    if len(low) == 1 or low in ("uk", "us", "de", "io", "ai", "tv", "eu", "edu", "html", "www", "php", "nz", "au") or (
+            not _has(low) and not _readable(low)):
+        return _letters(low)
+    return [low]
+
+
+# ---- initials, acronyms, abbreviations -------------------------------------------------------------------------------
+
+INITIALS = re.compile(r"(?:[A-Za-z]\.){2,}(?:[A-Za-z](?![\w]))?|[A-Z]\.(?=\s?[A-Z])")
+
+
+def ends_sentence(after: str) -> bool:
+    """Return whether a dot that belongs to an abbreviation also ends the sentence, from the text after it."""
+    rest = after.lstrip("\"'\u201d\u2019) ")
+    starter = re.match(r"[A-Z]\w*", rest)
+    return not rest.strip() or bool(starter and starter[0] in _STARTERS)
+
+
+def initials(match: re.Match[str], place: Place) -> list[Token] | None:
+    """Return initials and abbreviations with inner dots: *e.g.* in words, *U.S.* as letters."""
+    key = match[0].lower().rstrip(".")
+    entry = table("abbreviations").get(key)
+    words = entry[0].split() if entry and "." in key else _letters(match[0])
+    brk = "major" if len(key) > 1 and match[0].endswith(".") and ends_sentence(place.after) and not entry else "none"
+    return [Token(match[0], tuple(words), brk)]
+
+
+ABBREVIATION = re.compile(r"(?P<word>[A-Za-z]+|['\u2019]n['\u2019]?|[A-Za-z]/[A-Za-z]?)(?P<dot>\.?)(?![\w'\u2019])")
+
+
+def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
+    """Return an abbreviation in words, None where the piece is an ordinary word."""
+    word, dot = match["word"].replace("\u2019", "'"), bool(match["dot"])
+    entry = table("abbreviations").get(word.lower())
+    if entry is None or (place.shouting and not dot):
+        return None
+    said, when = entry
+    capital, named = word[0].isupper(), bool(re.match(r"\s+[A-Z]", place.after))
+    inside = bool(re.match(r",|\s+[a-z\d]", place.after))
+    if word in ("Dr", "St") and (not named or ends_sentence(place.after)) and place.before[:1].isupper():
+        said, when = {"Dr": "drive", "St": "street"}[word], "any"
+    fits = {"any": True, "dot": dot, "Dot": dot and capital, "cap": dot and capital and inside,
+            "number": bool(re.match(r"\s*\d", place.after)), "title": capital and named,
+            "Title": capital and named and dot}[when]
+    if not fits:
+        return None
+    final = dot and when not in ("title", "Title", "number") and ends_sentence(place.after)
+    return [Token(match[0], tuple(said.split()), "major" if final else "none")]
+
+
+ROMAN = re.compile(r"[IVX]{2,}(?![\w'\u2019])")
+
+
+def roman(match: re.Match[str], place: Place) -> list[str] | None:
+    """Return a Roman numeral after a name or a word such as *chapter*, None elsewhere."""
+    value = numbers.roman(match[0])
+    if not value or place.shouting or not place.before[:1].isupper():
+        return None
+    if place.before.lower() in _NUMBERED:
+        return numbers.cardinal(value, place.british)
+    return ["the", *numbers.ordinal(value, place.british)]
+
+
+# ---- words -----------------------------------------------------------------------------------------------------------
+
+WORD = re.compile(r"(?:[^\W\d_]|[\u0300-\u036f])+(?:['\u2019\u02bc](?:[^\W\d_]|[\u0300-\u036f])+)*"
+                  r"(?:[-\u2010\u2011](?:[^\W_]|['\u2019])+)*['\u2019]?|['\u2019](?:[^\W\d_]|[\u0300-\u036f])+")
+
+
+def word(match: re.Match[str], place: Place) -> list[str] | None:
+    """Return the words of a run of letters, hyphens and apostrophes; None if it is not of the Latin alphabet."""
+    text = match[0].replace("\u2019", "'").replace("\u02bc", "'").replace("\u2010", "-").replace("\u2011", "-")
+    if "-" not in text:
+        return _word(text, place)
+    if _has(text.lower().strip("'")):
+        return [text.lower().strip("'")]
+    words: list[str] = []
+    for part in text.split("-"):
+        said = _hyphenated(part, place) if part else []
+        if said is None:
+            return None
+        words += said
+    return words
+
+
+def _hyphenated(part: str, place: Place) -> list[str] | None:
+    if part.isdigit():
+        return plain_number(part, place.british)
+    if re.fullmatch(r"\d0s|\d{3}0s", part):
+        return numbers.decade(int(part[:-1]))
+    return mixed(part, place)
+
+
+MIXED = re.compile(r"[A-Za-z]+\d[A-Za-z\d]*(?![\w])")
+
+
+def mixed(text: str, place: Place) -> list[str] | None:
+    """Return the words of letters and digits in turn, as in MP3, B2B or iPhone12."""
+    words: list[str] = []
+    for part in re.findall(r"\d+|\D+", text):
+        if part.isdigit():
+            words += plain_number(part, place.british) if len(part) < 5 else numbers.digits(part)
+            continue
+        said = _letters(part) if part.isupper() and part.isalpha() and len(part) < 4 and len(text) > len(
+            part) else _word(part, place)
+        if said is None:
+            return None
+        words += said
+    return words
+
+
+def _word(text: str, place: Place) -> list[str] | None:
+    """Return the words of one run of letters and apostrophes."""
+    low = derive.plain(text)
+    if not any(c.isalpha() for c in low) or _foreign(text) or len(low) > LONGEST:
+        return None
+    bare = low if _has(low) else low.strip("'")
+    if len(bare) == 1:
+        return [_single(text.strip("'"), place)]
+    if plural := re.fullmatch(r"([A-Z]{2,})'?s", text):
+        return [*_letters(plural[1][:-1]), plural[1][-1].lower() + "'s"]
+    if text.isupper() and not place.shouting and "'" not in text:
+        return _acronym(bare)
+    parts = re.findall(r"[A-Z]?[a-z']+|[A-Z]+(?![a-z])", text) if not _has(bare) and text.isascii() else []
+    if len(parts) > 1 and "".join(parts) == text and not text.isupper():
+        return [w for part in parts for w in _word(part, place) or []]
+    return [bare]
+
+
+def _acronym(low: str) -> list[str]:
+    if low not in _SPELT and _has(low):
+        return [low]
+    return [low] if len(low) > 3 and _readable(low) and low not in _SPELT else _letters(low)
+
+
+def _single(letter: str, place: Place) -> str:
+    """Return a lone letter: the article *a*, the pronoun *I*, else the letter's name."""
+    if letter in ("i", "I"):
+        return "i"
+    if letter == "a" or (letter == "A" and place.shouting):
+        return "a"
+    if letter == "A":
+        follows = re.match(r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)]", place.after)
+        return "A" if follows or place.before.lower() in _LETTERED else "a"
+    return derive.plain(letter).upper()
+
+
+def _foreign(text: str) -> bool:
+    """Return whether a run has a letter that has no Latin base letter."""
+    return any(c.isalpha() and not derive.plain(c) for c in text)
+
+
+RULES: tuple[tuple[re.Pattern[str], Callable[[re.Match[str], Place], list[str] | list[Token] | None]], ...] = (
+    (ADDRESS, address), (INITIALS, initials), (ABBREVIATION, abbreviation), (ROMAN, roman),
+    (MIXED, lambda m, place: mixed(m[0], place)), (WORD, word),
+)
+"""The rules in the order in which they are tried."""
