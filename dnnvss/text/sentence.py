@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import VOWELS, strip_stress
@@ -98,7 +99,8 @@ def parse(text: str, variant: str = "en_us", overrides: Overrides | None = None)
     return Sentence(text, _in_context(words))
 
 
-def spoken_words(text: str, variant: str = "en_us") -> list[tuple[str, bool]]:
+@lru_cache(maxsize=4096)
+def spoken_words(text: str, variant: str = "en_us") -> tuple[tuple[str, bool], ...]:
     """Return the words that are said for a text, each with whether a phrase ends after it; nothing raises.
 
     What cannot be spoken is passed over.
@@ -108,7 +110,7 @@ def spoken_words(text: str, variant: str = "en_us") -> list[tuple[str, bool]]:
         found += [(word.lower(), False) for word in token.words]
         if token.words and token.brk != "none":
             found[-1] = (found[-1][0], True)
-    return found
+    return tuple(found)
 
 
 def _homographs(pieces: Sequence[Token], overrides: Mapping[str, object], variant: str) -> dict[int, homographs.Choice]:
