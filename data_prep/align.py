@@ -1,0 +1,59 @@
+"""Phone times of a recording: from the user's file, or by the aligner."""
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dnnvss.corpus import read_audio
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import read_alignment, spanning
+from dnnvss.speech.align import align
+from dnnvss.speech.align_words import words_over
+
+
+def heard(name: str, out: Path, audio: str, words: list[tuple[str, list[tuple[str, ...]]]],
+          bounds: list[tuple[float, float]], slack: float, frames: int, rate: str) -> dict[str, Any]:
+    """Return the alignment that the aligner heard, as plain containers, with its scores.
+
+    Args:
+        name: the utterance id.
+        out: the prepared corpus.
+        audio: the sound, relative to ``out``.
+        words: each word with its pronunciations.
+        bounds: start and end of each word in seconds, or nothing where they are not known.
+        slack: seconds around the bounds in which a word is looked for.
+        frames, rate: of the video; the alignment ends where it ends.
+
+    Raises:
+        DnnvssError: these words are not in this sound.
+    """
+    try:
+        found = align(read_audio(out / audio), words, bounds or None, slack)
+    except DnnvssError as error:
+        raise DnnvssError(error.problem, utterance=name, remedy=error.remedy) from error
+    whole = spanning(found.alignment, float(frames / Fraction(rate)))
+    starts = [s.start for s in whole["words"] if s.label]
+    late = [a - b[0] for a, b in zip(starts, bounds, strict=True)] if bounds else []
+    return {"alignment": whole.to_json(), "scores": [round(s, 2) for s in found.scores], "attempt": found.attempt,
+            "late": [round(s, 4) for s in late], "off": round(float(np.abs(late).max()), 3) if late else 0.0}
+
+
+def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[str, ...]]]], frames: int,
+          rate: str) -> dict[str, Any]:
+    """Return the alignment in the user's file, as plain containers; ``out`` is not used.
+
+    Raises:
+        DnnvssError: the file is damaged, has no phones, or does not fit the recording.
+    """
+    found = read_alignment(path, name)
+    if "phones" not in found:
+        raise DnnvssError("has no tier of phones", file=path, utterance=name, remedy="Name the tier phones")
+    try:
+        whole = spanning(found, float(frames / Fraction(rate)))
+    except DnnvssError as error:
+        raise DnnvssError(error.problem, file=path, utterance=name, remedy=error.remedy) from error
+    if "words" not in whole:
+        whole = whole.with_tier(words_over(whole["phones"], words))
+    return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": [], "off": 0.0}

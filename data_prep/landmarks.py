@@ -1,0 +1,66 @@
+"""Landmarks of a recording: read, counted, and written without ghosts."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.corpus import doctor
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import Landmarks, read_landmarks, read_npz, read_pts_sequence
+
+
+def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, frames: int) -> dict[str, Any]:
+    """Return the counts of a recording's landmarks, after writing them to ``out/.stages/landmarks/<id>.npz``.
+
+    Args:
+        name: the utterance id.
+        out: the prepared corpus.
+        landmarks: one file, one folder of ``.pts``, or the ``.pts`` files.
+        scale: what stored coordinates are divided by to give pixels.
+        frames: the number of pictures.
+
+    Raises:
+        DnnvssError: landmarks that cannot be read, of another number of frames, without a valid frame, or NaN where
+            they are marked as valid.
+    """
+    found = _read(landmarks, scale)
+    file = landmarks[0] if len(landmarks) == 1 else landmarks[0].parent
+    count = len(found.points)
+    if count != frames:
+        raise DnnvssError(f"holds landmarks of {count} frames, the video has {frames}", file=file, utterance=name,
+                          remedy="Track the video again, one row a frame")
+    wrong = found.valid & ~np.isfinite(found.points).all(axis=(1, 2))
+    if wrong.any():
+        raise DnnvssError(f"landmarks of frame {np.flatnonzero(wrong)[0]} are NaN or infinite, though marked valid",
+                          file=file, utterance=name, remedy="Mark frames without landmarks as not valid")
+    if not found.valid.any():
+        raise DnnvssError("no frame has landmarks", file=file, utterance=name, remedy="Track the video again")
+    files.write_arrays(out / ".stages" / "landmarks" / f"{name}.npz", points=found.points, valid=found.valid)
+    return {"points": found.points.shape[1], "lost": int((~found.valid).sum())}
+
+
+def _read(landmarks: tuple[Path, ...], scale: float) -> Landmarks:
+    if len(landmarks) > 1:
+        found = read_pts_sequence(landmarks, landmarks[0].parent)
+    elif landmarks[0].suffix.lower() == ".npz":
+        return read_npz(landmarks[0], scale)
+    else:
+        found = read_landmarks(landmarks[0])
+    return Landmarks(found.points / np.float32(scale), found.valid)
+
+
+def write_clean(name: str, out: Path, bad: str) -> dict[str, Any]:
+    """Return the path of the landmarks written to ``out/landmarks``: pixels, bad frames interpolated and not valid.
+
+    Args:
+        name: the utterance id.
+        out: the prepared corpus.
+        bad: a character for each frame, ``1`` where it is not to be trusted.
+    """
+    arrays = files.read_arrays(out / ".stages" / "landmarks" / f"{name}.npz", "Prepare the corpus again")
+    valid = arrays["valid"] & (np.frombuffer(bad.encode(), np.uint8) == ord("0"))
+    path = files.write_arrays(out / "landmarks" / f"{name}.npz", points=doctor.interpolated(arrays["points"], valid),
+                              valid=valid)
+    return {"landmarks": str(path.relative_to(out)), "valid": "".join("01"[int(v)] for v in valid)}

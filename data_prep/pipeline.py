@@ -1,0 +1,264 @@
+"""From the recordings of an importer to a prepared corpus: media, landmarks, check-up, alignment, report."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from data_prep.align import given, heard
+from data_prep.landmarks import read_raw, write_clean
+from data_prep.media import media
+from data_prep.report import Outcome, counts, write_report
+from data_prep.splits import draw, usable
+from data_prep.stages import FOLDER, Workshop
+from dnnvss import files
+from dnnvss.corpus import Corpus, CorpusInfo, Utterance, doctor
+from dnnvss.errors import DnnvssError
+from dnnvss.phones import SILENCES
+from dnnvss.text.lexicon import pronunciations
+from dnnvss.timing import Alignment, FrameClock
+
+Results = dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Source:
+    """What an importer found of one utterance.
+
+    Args:
+        id: unique in the corpus.
+        text: the words as they are to be kept.
+        words: the words as they are spoken, in lower case.
+        video: the recording.
+        landmarks: an ``.npz`` or ``.csv`` file, a folder of ``.pts`` files, or the ``.pts`` files themselves.
+        bounds: start and end of each word in seconds, where they are known.
+        alignment: a file with the phones' times; then the aligner is not needed.
+        delay: seconds by which the file's sound is late beyond what the file says.
+        problem: why the utterance cannot be used, where the importer knows already.
+        notes: what is to be said of it in the report.
+    """
+
+    id: str
+    text: str = ""
+    words: tuple[str, ...] = ()
+    video: Path = Path()
+    landmarks: tuple[Path, ...] = ()
+    bounds: tuple[tuple[float, float], ...] = ()
+    alignment: Path | None = None
+    delay: float = 0.0
+    problem: str = ""
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How the recordings of a corpus are read.
+
+    Args:
+        info: name, groups of landmarks, variant and credit; size and rate are found.
+        splits: ids by name of the split, as given; where train, val and test are not all there they are drawn.
+        stratum: what a drawn split is to be even in.
+        val, test: shares of a drawn split.
+        scale: what stored coordinates are divided by to give pixels.
+        lexicon: word to phones, before the variant's lexicon.
+        slack: seconds around given word times in which a word is looked for.
+        far: seconds from its given time beyond which a word's start is noted in the report.
+        limits: what the check-up takes for an outlier.
+        speech_valid: share of the frames of speech that must have landmarks.
+    """
+
+    info: CorpusInfo
+    splits: Mapping[str, list[str]] = field(default_factory=dict)
+    stratum: Callable[[str], str] = lambda name: ""
+    val: float = 0.05
+    test: float = 0.05
+    scale: float = 1.0
+    lexicon: Mapping[str, str] = field(default_factory=dict)
+    slack: float = 0.25
+    far: float = 0.15
+    limits: doctor.Limits = field(default_factory=doctor.Limits)
+    speech_valid: float = 0.9
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """The sources, how to read them, where to work, and what became of each so far."""
+
+    sources: list[Source]
+    recipe: Recipe
+    shop: Workshop
+    outcomes: dict[str, Outcome]
+
+    def alive(self) -> list[Source]:
+        """Return the sources that were not dropped."""
+        return [s for s in self.sources if self.outcomes[s.id].status != "dropped"]
+
+    def drop(self, name: str, reason: str) -> None:
+        """Leave an utterance out; with ``strict`` that is an error."""
+        self.outcomes[name].drop(reason)
+        if self.shop.strict:
+            raise DnnvssError(reason, utterance=name, remedy="Mend it, or run with strict=false to leave it out")
+
+    def take(self, results: Results) -> Results:
+        """Return the good results; the others drop their utterance."""
+        for name, result in results.items():
+            if "dropped" in result:
+                self.drop(name, result["dropped"])
+        return {name: result for name, result in results.items() if "dropped" not in result}
+
+
+def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
+    """Return the folder of the prepared corpus after every stage has run.
+
+    Raises:
+        DnnvssError: nothing is left, an output cannot be written, or (strict) an utterance would be dropped.
+    """
+    sources = list(sources)
+    if not sources:
+        raise DnnvssError("there is no recording to prepare", remedy="Set corpus.raw to the folder with the recordings")
+    run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources})
+    try:
+        for source in sources:
+            if source.problem:
+                run.drop(source.id, source.problem)
+        made = _media(run)
+        size, rate = _usual(run, made)
+        bad = _examined(run, made)
+        timed = _aligned(run, made)
+        cleaned = _cleaned(run, made, timed, bad)
+        return _finished(run, _utterances(run, made, timed, cleaned), size, rate)
+    finally:
+        shop.sweep()
+
+
+def _media(run: Preparation) -> Results:
+    tasks = {s.id: {"video": s.video, "delay": s.delay} for s in run.alive()}
+    return run.take(run.shop.run("media", media, tasks))
+
+
+def _usual(run: Preparation, made: Results) -> tuple[tuple[int, int], Fraction]:
+    """Return the size and rate that most recordings have; the others are dropped."""
+    kinds = {name: (tuple(m["size"]), Fraction(m["rate"])) for name, m in made.items()}
+    if not kinds:
+        _nothing_left(run)
+    usual = Counter(kinds.values()).most_common(1)[0][0]
+    for name, ((width, height), rate) in kinds.items():
+        if kinds[name] != usual:
+            (w, h), r = usual
+            run.drop(name, f"the video is {width} x {height} at {rate}, most of the corpus is {w} x {h} at {r}")
+    return usual
+
+
+def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
+    """Return for each utterance the frames (F,) that show no face of the talker, and say why in the report."""
+    tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"]}
+             for s in run.alive()}
+    counted = run.take(run.shop.run("landmarks", read_raw, tasks))
+    usual = Counter(c["points"] for c in counted.values()).most_common(1)
+    for name, c in counted.items():
+        if c["points"] != usual[0][0]:
+            run.drop(name, f"has {c['points']} landmarks a frame, most of the corpus has {usual[0][0]}")
+    names = [s.id for s in run.alive()]
+    stages, limits = run.shop.out / FOLDER, run.recipe.limits
+    clips = {n: files.read_arrays(stages / "media" / f"{n}.npz")["thumbnails"] for n in names}
+    marks = {n: files.read_arrays(stages / "landmarks" / f"{n}.npz") for n in names}
+    if not names:
+        _nothing_left(run)
+    broken = doctor.broken_pictures(clips, limits)
+    valid = {n: marks[n]["valid"] & ~broken[n] for n in names}
+    ghosts = doctor.ghosts({n: marks[n]["points"] for n in names}, valid, limits)
+    for name in names:
+        for what, mask in (("broken pictures", broken[name]), ("landmarks not found", ~marks[name]["valid"]),
+                           ("landmarks that are not the face", ghosts[name])):
+            if mask.any():
+                run.outcomes[name].repair(f"{what} in {mask.sum()} frames ({_ranges(mask)})")
+    for name, distance in doctor.off_colour(clips, limits).items():
+        run.outcomes[name].notes.append(f"off colour throughout ({distance:.0f} robust sd from the corpus)")
+    return {n: broken[n] | ghosts[n] for n in names}
+
+
+def _ranges(mask: np.ndarray) -> str:
+    """Return the runs of True as text, such as ``0-11, 36``."""
+    index = np.flatnonzero(mask)
+    runs = np.split(index, np.flatnonzero(np.diff(index) > 1) + 1)
+    return ", ".join(f"{r[0]}-{r[-1]}" if len(r) > 1 else f"{r[0]}" for r in runs)
+
+
+def _aligned(run: Preparation, made: Results) -> Results:
+    recipe, tasks, known = run.recipe, {}, {}
+    for s in run.alive():
+        try:
+            words = [(w, pronunciations(w, recipe.info.variant, recipe.lexicon)) for w in s.words]
+        except DnnvssError as error:
+            run.drop(s.id, str(error))
+            continue
+        task = {"words": words, "frames": made[s.id]["frames"], "rate": made[s.id]["rate"]}
+        if s.alignment:
+            known[s.id] = {**task, "path": s.alignment}
+        else:
+            tasks[s.id] = {**task, "audio": made[s.id]["audio"], "bounds": s.bounds, "slack": recipe.slack}
+    results = run.take(run.shop.run("given alignment", given, known)) if known else {}
+    results |= run.take(run.shop.run("alignment", heard, tasks, ALIGNER)) if tasks else {}
+    for name, result in results.items():
+        if result["off"] > recipe.far:
+            run.outcomes[name].notes.append(f"a word starts {result['off']:.2f} s from its given time")
+    return results
+
+
+ALIGNER = 1
+"""Version of the aligner: alignments of earlier ones are made anew."""
+
+
+def _cleaned(run: Preparation, made: Results, timed: Results, bad: Mapping[str, np.ndarray]) -> Results:
+    """Write the landmarks that are left; drop utterances with too few of them over speech."""
+    tasks = {}
+    for s in run.alive():
+        good = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{s.id}.npz")["valid"] & ~bad[s.id]
+        phones = Alignment.from_json(timed[s.id]["alignment"])["phones"]
+        spoken = [p for p in phones if p.label not in SILENCES]
+        if not spoken:
+            run.drop(s.id, "its alignment holds no speech")
+            continue
+        clock = FrameClock(made[s.id]["rate"])
+        speech = good[clock.edge(spoken[0].start): clock.edge(spoken[-1].end)]
+        if not good.any() or speech.mean() < run.recipe.speech_valid:
+            run.drop(s.id, f"only {speech.sum()} of the {len(speech)} frames of speech have landmarks to be trusted")
+        else:
+            tasks[s.id] = {"bad": "".join("10"[int(g)] for g in good)}
+    return run.take(run.shop.run("clean landmarks", write_clean, tasks))
+
+
+def _utterances(run: Preparation, made: Results, timed: Results, cleaned: Results) -> list[Utterance]:
+    return [
+        Utterance(s.id, s.text, Alignment.from_json(timed[s.id]["alignment"]), made[s.id]["video"], made[s.id]["audio"],
+                  cleaned[s.id]["landmarks"], Fraction(made[s.id]["rate"]), made[s.id]["frames"])
+        for s in run.alive()
+    ]
+
+
+def _finished(run: Preparation, utterances: list[Utterance], size: tuple[int, int], rate: Fraction) -> Path:
+    """Write the records, splits and report, say what was written, and return the folder."""
+    out, recipe = run.shop.out, run.recipe
+    report = write_report(out, run.outcomes.values())
+    if not utterances:
+        _nothing_left(run)
+    kept = {u.id for u in utterances}
+    splits = {name: list(ids) for name, ids in recipe.splits.items()}
+    if not usable(splits, kept):
+        splits |= draw(kept, recipe.val, recipe.test, recipe.stratum)
+    Corpus.write(out, replace(recipe.info, size=size, rate=str(rate)), utterances, splits)
+    number = counts(run.outcomes.values())
+    print(f"{len(kept)} utterances ({number['repaired']} of them repaired), {number['dropped']} dropped: {report}")
+    print(f"Corpus {recipe.info.name}: {out}")
+    return out
+
+
+def _nothing_left(run: Preparation) -> NoReturn:
+    report = write_report(run.shop.out, run.outcomes.values())
+    name, outcome = next(iter(run.outcomes.items()))
+    raise DnnvssError(f"none of the {len(run.outcomes)} utterances can be used; the first one, {name}: "
+                      f"{'; '.join(outcome.reasons)}", file=report, remedy="See the report for the others")

@@ -1,0 +1,66 @@
+"""What became of every utterance: kept, repaired or dropped, and why."""
+
+import json
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from dnnvss import files
+
+STATES = ("kept", "repaired", "dropped")
+
+
+@dataclass
+class Outcome:
+    """What became of one utterance, and the reasons; notes do not change it.
+
+    Args:
+        id: the utterance.
+        notes: what is worth knowing of an utterance that is kept.
+        reasons: why it was repaired or dropped.
+        status: ``kept``, ``repaired`` (some frames are marked as not valid) or ``dropped``.
+    """
+
+    id: str
+    notes: list[str] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+    status: str = "kept"
+
+    def repair(self, reason: str) -> None:
+        """Say that part of the utterance was mended or marked as not usable."""
+        self.reasons.append(reason)
+        self.status = "repaired" if self.status == "kept" else self.status
+
+    def drop(self, reason: str) -> None:
+        """Say why the utterance cannot be used."""
+        self.reasons.append(reason)
+        self.status = "dropped"
+
+
+def counts(outcomes: Iterable[Outcome]) -> dict[str, int]:
+    """Return how many utterances were kept, repaired and dropped."""
+    found = Counter(o.status for o in outcomes)
+    return {state: found[state] for state in STATES}
+
+
+def write_report(out: Path, outcomes: Iterable[Outcome]) -> Path:
+    """Write ``report.jsonl`` (a line per utterance) and ``report.md`` (what is not plain), and return the latter."""
+    rows = sorted(outcomes, key=lambda o: o.id)
+    files.write_text(out / "report.jsonl", "".join(json.dumps(asdict(o), ensure_ascii=False) + "\n" for o in rows))
+    lines = ["# Report of the preparation", "", "| state | utterances |", "|---|---|"]
+    lines += [f"| {state} | {number} |" for state, number in counts(rows).items()]
+    for state in ("dropped", "repaired"):
+        chosen = [o for o in rows if o.status == state]
+        if chosen:
+            lines += ["", f"## {state.capitalize()}", "", "| utterance | reason |", "|---|---|"]
+            lines += [f"| {o.id} | {_cell([*o.reasons, *o.notes])} |" for o in chosen]
+    noted = [o for o in rows if o.status == "kept" and o.notes]
+    if noted:
+        lines += ["", "## Kept, with a note", "", "| utterance | note |", "|---|---|"]
+        lines += [f"| {o.id} | {_cell(o.notes)} |" for o in noted]
+    return files.write_text(out / "report.md", "\n".join(lines) + "\n")
+
+
+def _cell(texts: list[str]) -> str:
+    return "; ".join(texts).replace("|", "\\|").replace("\n", " ")

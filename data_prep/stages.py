@@ -1,0 +1,99 @@
+"""Stages that run on all cores, keep a result per utterance, and resume where they stopped."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import joblib
+from tqdm import tqdm
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+FOLDER = ".stages"
+"""The folder of stage results inside the prepared corpus."""
+
+Work = Callable[..., dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Workshop:
+    """Where a preparation works, and with how many hands.
+
+    Args:
+        out: folder of the prepared corpus.
+        jobs: processes; -1 for all cores.
+        backend: joblib backend (``loky``; ``ray`` or ``dask`` where they are registered with joblib).
+        strict: an utterance that would be dropped is an error instead.
+    """
+
+    out: Path
+    jobs: int = -1
+    backend: str = "loky"
+    strict: bool = False
+
+    def run(self, stage: str, work: Work, tasks: Mapping[str, dict[str, Any]], settings: Any = None) -> dict[str, Any]:
+        """Return the result of ``work(name, out, **task)`` of every utterance, from earlier runs where nothing changed.
+
+        Each result is written to ``out/.stages/<stage>/<id>.json`` as soon as it is there. It is made anew when the
+        settings, the task or a file that the task names have changed. A :class:`DnnvssError` about the utterance
+        becomes the result ``{"dropped": message}``; one about a file in ``out`` (a full disk) ends the run.
+        """
+        keys = {name: fingerprint(stage, settings, task) for name, task in tasks.items()}
+        done = {name: _finished(self._file(stage, name), key) for name, key in keys.items()}
+        waiting = [name for name, result in done.items() if result is None]
+        if waiting:
+            (self.out / "corpus.json").unlink(missing_ok=True)  # what is being changed cannot be opened
+            calls = (joblib.delayed(_one)(self, stage, name, keys[name], work, tasks[name]) for name in waiting)
+            with joblib.parallel_config(backend=self.backend, n_jobs=self.jobs):
+                results: Iterable[tuple[str, Any]] = joblib.Parallel(return_as="generator_unordered")(calls)
+                for name, result in tqdm(results, desc=stage, total=len(tasks), initial=len(tasks) - len(waiting)):
+                    done[name] = result
+        return {name: done[name] for name in tasks}
+
+    def _file(self, stage: str, name: str) -> Path:
+        return self.out / FOLDER / stage / f"{name}.json"
+
+    def sweep(self) -> None:
+        """Remove the temporary files of workers that were killed."""
+        for part in self.out.rglob(".*.part*"):
+            part.unlink(missing_ok=True)
+
+
+def fingerprint(*values: Any) -> str:
+    """Return a hash of plain values; a path counts with the size and the time of change of what it names."""
+    text = json.dumps(values, sort_keys=True, default=_described)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+def _described(value: Any) -> Any:
+    if isinstance(value, Path):
+        parts = sorted(value.iterdir()) if value.is_dir() else [value]
+        return [[str(p), *((s := p.stat()).st_size, s.st_mtime_ns)] if p.exists() else [str(p)] for p in parts]
+    return repr(value)
+
+
+def _finished(path: Path, key: str) -> dict[str, Any] | None:
+    if not path.is_file():
+        return None
+    try:
+        kept = json.loads(path.read_text("utf-8"))
+    except ValueError:
+        return None
+    return kept["result"] if kept.get("key") == key else None
+
+
+def _one(
+    shop: Workshop, stage: str, name: str, key: str, work: Work, task: dict[str, Any]
+) -> tuple[str, dict[str, Any]]:
+    try:
+        result = work(name=name, out=shop.out, **task)
+    except DnnvssError as error:
+        if error.file is not None and Path(error.file).resolve().is_relative_to(shop.out.resolve()):
+            raise
+        result = {"dropped": str(error)}
+    files.write_text(shop._file(stage, name), json.dumps({"key": key, "result": result}))
+    return name, result

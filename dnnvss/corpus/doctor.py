@@ -1,0 +1,167 @@
+"""Finds broken pictures, off-colour clips and tracker ghosts before anything is fitted.
+
+A damaged group of pictures decodes without complaint, and a landmark tracker follows ghosts in it. Both stand out when
+clips are compared with themselves and with the rest of the corpus by measures that single bad clips cannot move:
+medians and median absolute deviations (times 1.4826, in the scale of a standard deviation).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+THUMBNAIL = (16, 12)
+"""Width and height of the thumbnails that pictures are compared by."""
+
+_MAD = 1.4826
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What counts as an outlier.
+
+    Args:
+        jump: change between two pictures (mean grey levels of the thumbnails) over the corpus's median change.
+        colour: distance of a clip's mean colour from the corpus's, in robust standard deviations.
+        shape: distance of a face from the median face: root mean square over points, in robust standard deviations.
+        speed: the same for the change from one frame to the next.
+        place: distance of centre and log scale from the clip's median, in robust standard deviations of the corpus.
+    """
+
+    jump: float = 9.0
+    colour: float = 12.0
+    shape: float = 2.75
+    speed: float = 2.1
+    place: float = 25.0
+
+
+def thumbnails(frames: np.ndarray) -> np.ndarray:
+    """Return thumbnails (F, 12, 16, 3) uint8 of frames (F, H, W_, 3) uint8."""
+    return np.stack([cv2.resize(frame, THUMBNAIL, interpolation=cv2.INTER_AREA) for frame in frames])
+
+
+def broken_pictures(clips: Mapping[str, np.ndarray], limits: Limits = Limits()) -> dict[str, np.ndarray]:
+    """Return for each clip which frames (F,) are broken pictures.
+
+    A clip of a talking head has no cuts. Where the picture jumps, the clip is taken apart, and the part that looks most
+    like the median picture of the corpus is kept; every other part is broken.
+
+    Args:
+        clips: thumbnails (F, 12, 16, 3) of each clip.
+        limits: the jump that counts.
+    """
+    changes = {name: _changes(clip) for name, clip in clips.items()}
+    usual = max(float(np.median(np.concatenate(list(changes.values())))), 0.05)
+    faces = {name: np.median(_standard(clip), axis=0) for name, clip in clips.items()}
+    face = np.median(np.stack(list(faces.values())), axis=0)
+    broken = {}
+    for name, clip in clips.items():
+        cuts = np.flatnonzero(changes[name] > limits.jump * usual)
+        parts = np.split(np.arange(len(clip)), cuts)
+        likeness = [float((np.median(_standard(clip[part]), axis=0) * face).mean()) for part in parts if len(part)]
+        parts = [part for part in parts if len(part)]
+        best = parts[int(np.argmax(likeness))]
+        mask = np.ones(len(clip), bool)
+        mask[best] = False
+        broken[name] = mask
+    return broken
+
+
+def _changes(clip: np.ndarray) -> np.ndarray:
+    """Return the mean absolute change (F,) in grey levels from the picture before; 0 for the first."""
+    changes = np.abs(np.diff(clip.astype(np.float32), axis=0)).mean(axis=(1, 2, 3))
+    return np.concatenate([[0.0], changes])
+
+
+def _standard(clip: np.ndarray) -> np.ndarray:
+    """Return grey thumbnails (F, 12 * 16) with mean 0 and standard deviation 1: free of exposure and colour."""
+    grey = clip.astype(np.float32).mean(axis=-1).reshape(len(clip), -1)
+    grey -= grey.mean(axis=1, keepdims=True)
+    return grey / np.maximum(grey.std(axis=1, keepdims=True), 1e-3)
+
+
+def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = Limits()) -> dict[str, float]:
+    """Return the clips whose colour is far from the corpus's, with the distance in robust standard deviations.
+
+    The colour of a clip is the median over its frames of the mean picture, its three channels centred on their mean, so
+    that exposure does not count.
+    """
+    names = list(clips)
+    colour = np.stack([np.median(clips[name].mean(axis=(1, 2)), axis=0) for name in names])
+    colour -= colour.mean(axis=1, keepdims=True)
+    away = colour - np.median(colour, axis=0)
+    spread = np.maximum(_MAD * np.median(np.abs(away), axis=0), 0.5)
+    distance = np.abs(away / spread).max(axis=1)
+    return {name: float(d) for name, d in zip(names, distance, strict=True) if d > limits.colour}
+
+
+def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
+           limits: Limits = Limits()) -> dict[str, np.ndarray]:
+    """Return for each clip which frames (F,) hold landmarks that cannot be the face, though marked valid.
+
+    Faces are aligned to the median face by a similarity; the rest is compared with the corpus in robust standard
+    deviations a coordinate, as a shape and as a change from the frame before. Centre and scale are compared with the
+    clip's own median.
+
+    Args:
+        points: (F, P, 2) in pixels; frames that are not valid may be NaN.
+        valid: (F,) bool, the frames that the tracker found and whose picture is whole.
+        limits: the distances that count.
+    """
+    pooled = np.concatenate([points[name][valid[name]] for name in points])
+    if not len(pooled):
+        return {name: np.zeros(len(v), bool) for name, v in valid.items()}
+    face = np.median(pooled[:: max(1, len(pooled) // 5000)], axis=0)
+    aligned, places = _aligned(pooled, face)
+    middle = np.median(aligned, axis=0)
+    spread = _MAD * np.median(np.abs(aligned - middle), axis=0)
+    spread = np.maximum(spread, max(0.2 * float(np.median(spread)), 1e-3 * float(np.ptp(face))))
+    drift = np.concatenate([_MAD * np.abs(p - np.median(p, axis=0)) for p in _split(places, points, valid) if len(p)])
+    place_spread = np.maximum(np.median(drift, axis=0), 1e-3 * np.array([np.ptp(face), np.ptp(face), 1.0]))
+    found = {}
+    shapes = dict(zip(points, _split(aligned, points, valid), strict=True))
+    wheres = dict(zip(points, _split(places, points, valid), strict=True))
+    for name, ok in valid.items():
+        bad = np.zeros(len(ok), bool)
+        index = np.flatnonzero(ok)
+        if len(index):
+            bad[index] = _far((shapes[name] - middle) / spread, limits.shape)
+            fast = _far(np.diff(shapes[name], axis=0) / spread, limits.speed) & (np.diff(index) == 1)
+            bad[index[1:][fast]] = bad[index[:-1][fast]] = True
+            away = np.abs(wheres[name] - np.median(wheres[name], axis=0)) / place_spread
+            bad[index] |= away.max(axis=1) > limits.place
+        found[name] = bad
+    return found
+
+
+def _split(rows: np.ndarray, points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray]) -> list[np.ndarray]:
+    return np.split(rows, np.cumsum([int(valid[name].sum()) for name in points])[:-1])
+
+
+def _far(standard: np.ndarray, limit: float) -> np.ndarray:
+    return np.asarray(np.sqrt((standard**2).mean(axis=(1, 2))) > limit)
+
+
+def _aligned(shapes: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return shapes (N, P, 2) turned, scaled and moved onto a face, and centre and log scale (N, 3) in pixels of it."""
+    z, target = shapes[..., 0] + 1j * shapes[..., 1], face[:, 0] + 1j * face[:, 1]
+    centre, middle = z.mean(axis=1, keepdims=True), target.mean()
+    turn = (np.conj(z - centre) @ (target - middle)) / np.maximum((np.abs(z - centre) ** 2).sum(axis=1), 1e-9)
+    moved = (z - centre) * turn[:, None] + middle
+    size = np.log(np.maximum(np.abs(turn), 1e-9)) * np.ptp(face)
+    return np.stack([moved.real, moved.imag], axis=-1), np.column_stack([centre[:, 0].real, centre[:, 0].imag, size])
+
+
+def interpolated(points: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Return points (F, P, 2) float32 in which frames that are not valid are interpolated in time, held at the ends.
+
+    Raises:
+        ValueError: no frame is valid.
+    """
+    if not valid.any():
+        raise ValueError("no valid frame to interpolate from")
+    frames, known = np.arange(len(points)), np.flatnonzero(valid)
+    flat = points.reshape(len(points), -1).astype(float)
+    columns = [np.interp(frames, known, flat[known, c]) for c in range(flat.shape[1])]
+    return np.stack(columns, axis=1).reshape(points.shape).astype(np.float32)
