@@ -1,12 +1,11 @@
 """MLPG against a dense solve, its kernels against one another, its gradients, and what it refuses."""
 
-import importlib
-
 import numpy as np
 import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from trajectory.trajectory_cases import dense_mlpg
 
 from dnnvss import DnnvssError
 from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2, Windows, derivatives, mlpg
@@ -16,30 +15,8 @@ FIVE_TAPS = Windows(("static", "slope", "bend"), ((1.0,), (-0.2, -0.1, 0.0, 0.1,
 KERNELS = {"lapack": Lapack, "sweep": Sweep, "cyclic": CyclicReduction}
 
 
-def window_matrix(frames: int, windows: Windows) -> np.ndarray:
-    """Return W (T * W, T), written down entry by entry."""
-    matrix = np.zeros((frames, len(windows), frames))
-    for t in range(frames):
-        for w, taps in enumerate(windows.taps):
-            for s, weight in enumerate(taps):
-                matrix[t, w, min(max(t + s - len(taps) // 2, 0), frames - 1)] += weight
-    return matrix.reshape(-1, frames)
-
-
-def dense_mlpg(mean: np.ndarray, variance: np.ndarray, windows: Windows) -> np.ndarray:
-    """Solve the normal equations (T, T) of each column with numpy."""
-    frames, _, columns = mean.shape
-    matrix = window_matrix(frames, windows)
-    x = np.empty((frames, columns))
-    for d in range(columns):
-        precision = 1 / np.broadcast_to(variance, mean.shape)[:, :, d].ravel()
-        x[:, d] = np.linalg.solve(matrix.T * precision @ matrix, matrix.T @ (precision * mean[:, :, d].ravel()))
-    return x
-
-
 def use_kernel(monkeypatch, name):
-    module = importlib.import_module("dnnvss.trajectory.mlpg")  # the function of that name hides it as an attribute
-    monkeypatch.setattr(module, "factorise", lambda bands, batch=1: KERNELS[name](bands))
+    monkeypatch.setattr("dnnvss.trajectory.equations.factorise", lambda bands, batch=1: KERNELS[name](bands))
 
 
 def test_two_frames_by_hand():
