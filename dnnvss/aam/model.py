@@ -31,7 +31,7 @@ class Functional:
 
 @dataclass(frozen=True)
 class ActiveAppearanceModel:
-    """A fitted model. Shapes live in the reference frame, textures on the mean shape.
+    """A fitted model. Shapes live in the reference frame, textures on one fixed shape.
 
     With shape ``x`` (2P), texture ``g`` (3N), their means, the weight ``w`` of shape, and modes ``S`` (D, 2P) and
     ``T`` (D, 3N): decoding is ``x = mean + c S``, ``g = mean + c T``, and encoding is
@@ -45,7 +45,8 @@ class ActiveAppearanceModel:
         config: the settings that it was fitted with.
         groups: the corpus's landmark groups.
         reference: stable points of the reference frame.
-        warp: the mean shape with its mesh.
+        mean_shape: (P, 2) in reference pixels.
+        warp: the shape on which textures are kept (see ``AAMConfig.texture_shape``), with its mesh.
         mean_texture: (N, 3) float32, 0 to 255.
         shape_modes: (D, P, 2).
         texture_modes: (D, N, 3) float32.
@@ -58,6 +59,7 @@ class ActiveAppearanceModel:
     config: AAMConfig
     groups: dict[str, tuple[int, int]]
     reference: PoseReference
+    mean_shape: np.ndarray
     warp: Warp
     mean_texture: np.ndarray
     shape_modes: np.ndarray
@@ -84,11 +86,6 @@ class ActiveAppearanceModel:
             return tuple(f"aam{i + 1:02d}" for i in range(self.size))
         shapes = int((np.abs(self.shape_modes).sum(axis=(1, 2)) > 0).sum())
         return tuple(f"shape{i + 1:02d}" if i < shapes else f"texture{i - shapes + 1:02d}" for i in range(self.size))
-
-    @property
-    def mean_shape(self) -> np.ndarray:
-        """The mean shape (P, 2) in reference pixels."""
-        return self.warp.shape
 
     def project(self, shapes: np.ndarray, textures: np.ndarray) -> np.ndarray:
         """Return the parameters (F, D) of reference shapes (F, P, 2) and textures (F, N, 3), both less their means."""
@@ -127,8 +124,8 @@ class ActiveAppearanceModel:
     @cached_property
     def aperture(self) -> Functional:
         """The distance between the centres of the inner lips in reference pixels (negative where they cross)."""
-        upper, lower = _inner_centres(self.mean_shape, self.layout.inner)
-        return self._difference(upper, lower, axis=1)
+        pairs, middle = lip_pairs(self.mean_shape, self.layout.inner)
+        return self._difference(int(pairs[middle, 0]), int(pairs[middle, 1]), axis=1)
 
     @cached_property
     def width(self) -> Functional:
@@ -147,8 +144,9 @@ class ActiveAppearanceModel:
                            "shape_weight": self.shape_weight})
         return files.write_arrays(
             path, settings=np.array(text), stable=self.reference.stable, mean_shape=self.mean_shape,
-            triangles=self.warp.triangles, mean_texture=self.mean_texture, shape_modes=self.shape_modes,
-            texture_modes=self.texture_modes, deviations=self.deviations, spread=self.spread)
+            texture_shape=self.warp.shape, triangles=self.warp.triangles, mean_texture=self.mean_texture,
+            shape_modes=self.shape_modes, texture_modes=self.texture_modes, deviations=self.deviations,
+            spread=self.spread)
 
     @classmethod
     def load(cls, path: str | Path) -> "ActiveAppearanceModel":
@@ -167,19 +165,24 @@ def _loaded(path: Path) -> ActiveAppearanceModel:
         raise ValueError(f"format {settings['format']}, and this version reads {_FORMAT}")
     return ActiveAppearanceModel(
         AAMConfig.from_dict(settings["config"]), {g: (a, b) for g, (a, b) in settings["groups"].items()},
-        PoseReference(arrays["stable"], settings["smoothing"]),
-        Warp(arrays["mean_shape"], arrays["triangles"], settings["scale"]), arrays["mean_texture"],
+        PoseReference(arrays["stable"], settings["smoothing"]), arrays["mean_shape"],
+        Warp(arrays["texture_shape"], arrays["triangles"], settings["scale"]), arrays["mean_texture"],
         arrays["shape_modes"], arrays["texture_modes"], settings["shape_weight"], arrays["deviations"],
         arrays["spread"], Limits(**settings["limits"]))
 
 
-def _inner_centres(shape: np.ndarray, inner: np.ndarray) -> tuple[int, int]:
-    """Return the positions of the upper and the lower inner-lip point nearest to the middle between the corners."""
+def lip_pairs(shape: np.ndarray, inner: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return pairs (n, 2) of inner-lip points, upper and the lower one under it, and which pair is in the middle.
+
+    Args:
+        shape: a shape (P, 2) with an upright mouth.
+        inner: positions of the inner contour among the P points, in order round the mouth.
+    """
     contour = shape[inner]
     first, second = sorted((int(contour[:, 0].argmin()), int(contour[:, 0].argmax())))
     ring = np.arange(len(inner))
     chains = [ring[(ring > first) & (ring < second)], ring[(ring < first) | (ring > second)]]
-    middle = 0.5 * (contour[first, 0] + contour[second, 0])
-    centres = [int(chain[np.abs(contour[chain, 0] - middle).argmin()]) for chain in chains]
-    upper, lower = sorted(centres, key=lambda i: contour[i, 1])
-    return int(inner[upper]), int(inner[lower])
+    upper, lower = sorted(chains, key=lambda chain: contour[chain, 1].mean())
+    across = np.abs(contour[upper, 0][:, None] - contour[lower, 0]).argmin(axis=1)
+    middle = int(np.abs(contour[upper, 0] - contour[[first, second], 0].mean()).argmin())
+    return np.column_stack([inner[upper], inner[lower[across]]]), middle

@@ -23,7 +23,8 @@ def _lips_jaw_nostrils() -> dict[str, Choice]:
 
 
 def _upper_face() -> dict[str, Choice]:
-    return {"right_eye": "all", "left_eye": "all", "nose_bridge": (0, 1, 2, 3)}
+    return {"right_eye": "all", "left_eye": "all", "nose_bridge": (0, 1, 2, 3), "nostril_wings": "all",
+            "face_oval": (0, 1, 2, 33, 34, 35)}
 
 
 @dataclass(frozen=True)

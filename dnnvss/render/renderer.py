@@ -8,6 +8,7 @@ from scipy.ndimage import distance_transform_edt
 
 from dnnvss.aam import ActiveAppearanceModel
 from dnnvss.aam.mesh import signed_area
+from dnnvss.aam.model import lip_pairs
 from dnnvss.aam.pose import to_reference
 from dnnvss.errors import DnnvssError
 from dnnvss.render.neutral import Neutral
@@ -46,6 +47,7 @@ class Renderer:
         self.model, self.neutral, self.scale = model, neutral, scale
         self._base = _resized(neutral.image, scale)
         self._triangles, self._ring = _with_ring(model, neutral.points, ring)
+        self._lips, _ = lip_pairs(model.mean_shape, model.layout.inner)
         self._inner = np.flatnonzero(np.isin(model.warp.triangles, model.layout.inner).all(axis=1))
         canvas = self._canvas()
         self._atlas, self._slots = self._atlas_of(canvas)
@@ -59,8 +61,15 @@ class Renderer:
         return self._base.shape[1], self._base.shape[0]
 
     def points_in_image(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the model's points (..., P, 2) in pixels of the rendered picture for parameters (..., D)."""
+        """Return the model's points (..., P, 2) in pixels of the rendered picture for parameters (..., D).
+
+        Lips that would pass through each other meet half way.
+        """
         shape = self.model.decode_shape(parameters) + self.neutral.shape_offset
+        for upper, lower in self._lips:
+            crossed = np.maximum(shape[..., upper, 1] - shape[..., lower, 1], 0) / 2
+            shape[..., upper, 1] -= crossed
+            shape[..., lower, 1] += crossed
         return self.model.place(shape, self.neutral.pose) * self.scale
 
     def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
@@ -79,11 +88,11 @@ class Renderer:
                 yield picture
 
     def _canvas(self) -> np.ndarray:
-        """Return the neutral picture on the mean shape: the texture's picture and a margin, (H, W_, 3)."""
+        """Return the neutral picture on the texture's shape: the texture's picture and a margin, (H, W_, 3)."""
         warp = self.model.warp
         points = np.vstack([self.neutral.points, self._ring])
         ring = to_reference(self._ring, self.neutral.pose, self.model.reference.pivot)
-        target = (np.vstack([self.model.mean_shape, ring]) - warp.origin) * warp.scale + _MARGIN
+        target = (np.vstack([warp.shape, ring]) - warp.origin) * warp.scale + _MARGIN
         size = (warp.size[0] + 2 * _MARGIN, warp.size[1] + 2 * _MARGIN)
         painter = Painter(self._triangles, points, self._inner, size, np.eye(2, 3))
         return painter.paint(self.neutral.image, target)
@@ -125,7 +134,7 @@ class Renderer:
         """Return the painter of the moving part: model triangles read the canvas, the ring the neutral picture."""
         left, top, right, bottom = self._box
         warp, count = self.model.warp, len(self.model.warp.triangles)
-        canvas = (self.model.mean_shape - warp.origin) * warp.scale + _MARGIN
+        canvas = (warp.shape - warp.origin) * warp.scale + _MARGIN
         below = np.vstack([self.neutral.points, self._ring]) * self.scale + (0, canvas_rows)
         shift = np.array([[1.0, 0.0, left], [0.0, 1.0, top + canvas_rows]])
         corners = np.concatenate([canvas[self._triangles[:count]], below[self._triangles[count:]]])

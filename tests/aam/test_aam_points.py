@@ -4,10 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from dnnvss.aam import AAMConfig, PointSet
+from dnnvss.corpus.talker.geometry import LANDMARK_GROUPS
 from dnnvss.errors import DnnvssError
+from dnnvss.formats import LAYOUT_68
 
 CONF = Path(__file__).parents[2] / "conf" / "aam"
 GRID = {"face_oval": (0, 36), "lips_outer": (36, 56), "lips_inner": (56, 76), "nose_base": (76, 83),
@@ -15,7 +18,8 @@ GRID = {"face_oval": (0, 36), "lips_outer": (36, 56), "lips_inner": (56, 76), "n
 
 
 def _yaml(name: str) -> dict:
-    return OmegaConf.to_container(OmegaConf.load(CONF / f"{name}.yaml"), resolve=True)
+    with initialize_config_dir(str(CONF), version_base=None):
+        return OmegaConf.to_container(compose(name), resolve=True)
 
 
 def test_default_yaml_is_the_default() -> None:
@@ -35,8 +39,14 @@ def test_default_set_has_34_points_in_the_groups_of_a_face_mesh() -> None:
     assert layout.rows[layout.outer].tolist() == [36, 38, 40, 41, 42, 44, 46, 48, 50, 51, 52, 54]
     assert layout.rows[layout.inner].tolist() == [56, 59, 61, 63, 66, 69, 71, 73]
     assert layout.rows[layout.groups["face_oval"]].tolist() == [11, 13, 14, 16, 18, 20, 22, 23, 25]
-    assert layout.stable.tolist() == [*range(94, 126), *range(83, 87)]
+    assert layout.stable.tolist() == [*range(94, 126), *range(83, 87), *range(90, 94), 0, 1, 2, 33, 34, 35]
     assert layout.needed == 126
+
+
+def test_grid_uses_the_default_and_the_other_layouts_fit_their_corpora() -> None:
+    assert AAMConfig.from_dict(_yaml("grid")) == AAMConfig()
+    assert len(AAMConfig.from_dict(_yaml("folder")).points.layout(LAYOUT_68).rows) == 36
+    assert len(AAMConfig.from_dict(_yaml("demo")).points.layout(LANDMARK_GROUPS).rows) == 56
 
 
 def test_key_changes_with_any_setting_and_with_the_data() -> None:
