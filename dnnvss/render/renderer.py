@@ -16,6 +16,8 @@ from dnnvss.render.painter import Painter
 
 _MARGIN = 4
 """Pixels round the texture's picture that carry the neutral frame, for the interpolation at the rim."""
+_LIP_MARGIN = 3.0
+"""Reference pixels round the lips that take no detail from the neutral frame, and over which it then fades in."""
 _BATCH = 64
 """Frames whose textures are decoded together."""
 
@@ -120,8 +122,23 @@ class Renderer:
         ramp = np.clip(depth / max(feather * warp.scale, 1e-6), 0, 1)
         share = (ramp**2 * (3 - 2 * ramp)).astype(np.float32)[:, None]
         below = canvas[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN].reshape(-1, 3)[warp.pixels]
-        constant = (1 - share) * below + share * (model.mean_texture + self.neutral.texture_offset)
+        still = model.mean_texture + self.neutral.texture_offset + self._detail()
+        constant = (1 - share) * below + share * still
         return constant.astype(np.float32).ravel(), (share * model.texture_modes).reshape(model.size, -1)
+
+    def _detail(self) -> np.ndarray:
+        """Return what the model leaves out of the neutral frame's skin, (N, 3): pores and stubble, none near the lips."""
+        model, neutral = self.model, self.neutral
+        shape = to_reference(neutral.points, neutral.pose, model.reference.pivot) - model.mean_shape
+        texture = model.warp.sample(neutral.image, neutral.points) - model.mean_texture - neutral.texture_offset
+        parameters = model.project((shape - neutral.shape_offset)[None], texture[None])[0]
+        left_out = texture - np.tensordot(parameters, model.texture_modes, axes=1)
+        row, column = np.divmod(model.warp.pixels, model.warp.size[1])
+        lips = np.zeros(model.warp.size, dtype=np.uint8)
+        contour = (model.warp.shape[model.layout.outer] - model.warp.origin) * model.warp.scale
+        cv2.fillPoly(lips, [np.rint(contour - 0.5).astype(np.int32)], 1)
+        away = distance_transform_edt(lips == 0)[row, column] / model.warp.scale
+        return left_out * np.clip((away - _LIP_MARGIN) / _LIP_MARGIN, 0, 1)[:, None].astype(np.float32)
 
     def _region(self) -> tuple[int, int, int, int]:
         """Return left, top, right, bottom of the part of the picture that moves."""
