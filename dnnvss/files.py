@@ -87,7 +87,7 @@ def read_arrays(path: str | Path, remedy: str = "Write the file again") -> dict[
     """Return the arrays of an ``.npz`` file by name; pickled objects are refused."""
 
     def load(p: Path) -> dict[str, np.ndarray]:
-        with np.load(p, allow_pickle=False) as archive:
+        with p.open("rb") as file, np.load(file, allow_pickle=False) as archive:  # numpy leaves a broken file open
             return {name: archive[name] for name in archive.files}
 
     return read(path, load, remedy)

@@ -54,13 +54,11 @@ def measure_clip(model: ActiveAppearanceModel, clip: Clip) -> Measured:
     _need(valid, clip.id)
     shapes, pose = _shapes(model, points, valid, clip.rate)
     textures = np.stack([model.warp.sample(i, p) for i, p in zip(images, points[:, layout.rows], strict=True)])
-    code, far["texture"] = _project(model, shapes, textures, pose, valid)
-    if far["texture"].any():
-        _need(valid & ~far["texture"], clip.id)
-        code, _ = _project(model, shapes, textures, pose, valid & ~far["texture"])
+    far["texture"] = _far_textures(model, shapes, textures, valid)
+    valid = valid & ~far["texture"]
+    _need(valid, clip.id)
     outliers = {reason: np.flatnonzero(mask).tolist() for reason, mask in far.items() if mask.any()}
-    code = ClipCode(code.parameters, code.pose, code.shape_offset, code.texture_offset, code.valid, outliers)
-    return Measured(shapes, textures, code)
+    return Measured(shapes, textures, _code(model, shapes, textures, pose, valid, outliers))
 
 
 def reconstruct(model: ActiveAppearanceModel, code: ClipCode) -> tuple[np.ndarray, np.ndarray]:
@@ -94,23 +92,39 @@ def _shapes(
     return to_reference(points[:, model.layout.rows], pose, model.reference.pivot), pose
 
 
-def _project(
-    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, pose: np.ndarray, valid: np.ndarray
-) -> tuple[ClipCode, np.ndarray]:
-    """Return the code with the means of the valid frames removed, and the frames whose texture is far out (F,)."""
+def _far_textures(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, valid: np.ndarray
+) -> np.ndarray:
+    """Return the valid frames (F,) whose texture the model does not know, about the clip's own centre.
+
+    The mean as centre is fast and enough where nothing is far out; but what is far out pulls it, and then the median
+    decides.
+    """
+    for centre in (np.mean, np.median):
+        shape, texture = centre(shapes[valid], axis=0), centre(textures[valid], axis=0).astype(np.float32)
+        centred = textures - texture
+        parameters = model.project(shapes - shape, centred)
+        residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
+        distance = np.sqrt((residual**2).mean(axis=(1, 2)))
+        size = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
+        far = valid & ((distance > model.limits.texture) | (size > model.limits.parameters))
+        if not far.any():
+            break
+    return far
+
+
+def _code(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, pose: np.ndarray, valid: np.ndarray,
+    outliers: dict[str, list[int]],
+) -> ClipCode:
     shape_offset, texture_offset = np.zeros_like(model.mean_shape), np.zeros_like(model.mean_texture)
     if model.config.clip_means:
         shape_offset = shapes[valid].mean(axis=0) - model.mean_shape
         texture_offset = textures[valid].mean(axis=0, dtype=np.float32) - model.mean_texture
-    centred = textures - (model.mean_texture + texture_offset)
-    parameters = model.project(shapes - model.mean_shape - shape_offset, centred)
-    residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
-    distance = np.sqrt((residual**2).mean(axis=(1, 2)))
-    size = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
-    far = valid & ((distance > model.limits.texture) | (size > model.limits.parameters))
-    code = ClipCode(fill_invalid(parameters, valid), pose.astype(np.float32), shape_offset.astype(np.float32),
-                    texture_offset.astype(np.float32), valid)
-    return code, far
+    parameters = model.project(shapes - model.mean_shape - shape_offset,
+                               textures - (model.mean_texture + texture_offset))
+    return ClipCode(fill_invalid(parameters, valid), pose.astype(np.float32), shape_offset.astype(np.float32),
+                    texture_offset.astype(np.float32), valid, outliers)
 
 
 def _need(valid: np.ndarray, utterance: str) -> None:

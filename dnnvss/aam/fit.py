@@ -11,7 +11,17 @@ from dnnvss.aam.clips import Clip
 from dnnvss.aam.config import AAMConfig
 from dnnvss.aam.mesh import Warp, triangulate
 from dnnvss.aam.model import ActiveAppearanceModel
-from dnnvss.aam.outliers import Limits, robust_limit, shape_distance, spread_of, texture_distance
+from dnnvss.aam.outliers import (
+    LEAST_PARAMETERS,
+    LEAST_SHAPE,
+    LEAST_STABLE,
+    LEAST_TEXTURE,
+    Limits,
+    robust_limit,
+    shape_distance,
+    spread_of,
+    texture_distance,
+)
 from dnnvss.aam.pca import Components, components
 from dnnvss.aam.points import Layout
 from dnnvss.aam.pose import PoseReference, mean_shape, to_reference
@@ -84,7 +94,8 @@ def _track(clips: Sequence[Clip], layout: Layout, config: AAMConfig) -> tuple[Po
     seen = np.concatenate([p[v][::config.texture_every, layout.stable] for p, v in read])
     reference = PoseReference(mean_shape(seen), config.pose_smoothing)
     residuals = [reference.residual(p[:, layout.stable]) for p, _ in read]
-    limit = robust_limit(np.concatenate([r[v] for r, (_, v) in zip(residuals, read, strict=True)]), config.outlier)
+    measured = np.concatenate([r[v] for r, (_, v) in zip(residuals, read, strict=True)])
+    limit = robust_limit(measured, config.outlier, LEAST_STABLE)
     tracked = []
     for clip, (points, valid), residual in zip(clips, read, residuals, strict=True):
         keep = valid & (residual <= limit)
@@ -99,7 +110,7 @@ def _shape_limits(tracked: Sequence[_Shapes], config: AAMConfig) -> tuple[np.nda
     usable = [t for t in tracked if t.keep.any()]
     centred = np.concatenate([t.shapes[t.keep] - np.median(t.shapes[t.keep], axis=0) for t in usable])
     spread = spread_of(centred)
-    return spread, robust_limit(shape_distance(centred, np.zeros_like(spread), spread), config.outlier)
+    return spread, robust_limit(shape_distance(centred, np.zeros_like(spread), spread), config.outlier, LEAST_SHAPE)
 
 
 def _without_far(tracked: _Shapes, spread: np.ndarray, limit: float) -> _Shapes:
@@ -162,7 +173,7 @@ def _centred(
     """Return centred shapes (n, P, 2) and textures (n, N, 3) of the frames that stay, and the mean texture (N, 3)."""
     middles = [np.median(t, axis=0) for t in textures]
     distances = [texture_distance(t, m) for t, m in zip(textures, middles, strict=True)]
-    limit = robust_limit(np.concatenate(distances), config.outlier)
+    limit = robust_limit(np.concatenate(distances), config.outlier, LEAST_TEXTURE)
     near = [d <= limit for d in distances]
     near = [n if n.any() else n | True for n in near]
     means = [t[n].mean(axis=0, dtype=np.float32) for t, n in zip(textures, near, strict=True)]
@@ -224,4 +235,5 @@ def _limits(
     residual = np.array([np.sqrt(np.mean((row - p @ flat_modes) ** 2))
                          for row, p in zip(flat, parameters.astype(np.float32), strict=True)])
     size = np.sqrt(((parameters / found.deviations) ** 2).mean(axis=1))
-    return Limits(stable, shape, robust_limit(residual, config.outlier), robust_limit(size, config.outlier))
+    return Limits(stable, shape, robust_limit(residual, config.outlier, LEAST_TEXTURE),
+                  robust_limit(size, config.outlier, LEAST_PARAMETERS))

@@ -8,20 +8,23 @@ _TO_SIGMA = 1.4826
 """A normal distribution's standard deviation in median absolute deviations."""
 
 
-def robust_limit(values: np.ndarray, deviations: float) -> float:
+def robust_limit(values: np.ndarray, deviations: float, least: float = 0.0) -> float:
     """Return the value (one-sided) that lies ``deviations`` robust standard deviations above the median.
 
-    The robust standard deviation is 1.4826 times the median absolute deviation, and at least 1 % of the median, so
-    that noiseless data keeps its frames.
+    The robust standard deviation is 1.4826 times the median absolute deviation.
+
+    Args:
+        values: what was measured, one number a frame.
+        deviations: robust standard deviations.
+        least: the limit is not below this, so that data without noise keeps its frames.
     """
     middle = float(np.median(values))
-    spread = _TO_SIGMA * float(np.median(np.abs(values - middle)))
-    return middle + deviations * max(spread, 0.01 * abs(middle), 1e-9)
+    return max(middle + deviations * _TO_SIGMA * float(np.median(np.abs(values - middle))), least)
 
 
 def spread_of(values: np.ndarray) -> np.ndarray:
-    """Return the robust standard deviation of each column of centred values (F, ...); no less than 1e-3."""
-    return np.maximum(_TO_SIGMA * np.median(np.abs(values), axis=0), 1e-3)
+    """Return the robust standard deviation of each column of centred values (F, ...) in pixels; no less than 0.05."""
+    return np.maximum(_TO_SIGMA * np.median(np.abs(values), axis=0), 0.05)
 
 
 def shape_distance(shapes: np.ndarray, centre: np.ndarray, spread: np.ndarray) -> np.ndarray:
@@ -32,6 +35,10 @@ def shape_distance(shapes: np.ndarray, centre: np.ndarray, spread: np.ndarray) -
 def texture_distance(textures: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Return the RMS difference (F,) in grey levels of textures (F, N, 3) from ``centre`` (N, 3)."""
     return np.array([np.sqrt(np.mean((t.astype(np.float32) - centre) ** 2)) for t in textures])
+
+
+LEAST_STABLE, LEAST_SHAPE, LEAST_TEXTURE, LEAST_PARAMETERS = 0.5, 4.0, 3.0, 4.0
+"""Limits of :class:`Limits` are not set below these: half a pixel, four spreads, three grey levels, four deviations."""
 
 
 @dataclass(frozen=True)
