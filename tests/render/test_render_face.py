@@ -1,0 +1,178 @@
+"""The painter and the renderer on a toy talker whose pictures are known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from aam.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, corpus, face, picture
+
+from dnnvss.aam import ActiveAppearanceModel, encode_clip, encode_corpus, fit_aam, triangulate
+from dnnvss.aam import clips as clips_module
+from dnnvss.errors import DnnvssError
+from dnnvss.render import Neutral, Renderer, choose_neutral, plots
+from dnnvss.render import neutral as neutral_module
+from dnnvss.render.painter import Painter, _inverses
+
+
+@pytest.fixture(scope="module")
+def model() -> ActiveAppearanceModel:
+    return fit_aam(clips(), GROUPS, CONFIG, progress=False)
+
+
+@pytest.fixture(scope="module")
+def shown(model: ActiveAppearanceModel) -> tuple[Neutral, np.ndarray, np.ndarray]:
+    """A neutral frame, the pictures and the parameters of its clip."""
+    images, points, valid = clip_arrays(50)
+    code = encode_clip(model, images, points, valid, 25.0)
+    frame = int(np.abs(code.parameters / model.deviations).sum(axis=1).argmin())
+    neutral = Neutral(images[frame], points[frame, model.layout.rows], code.pose[frame], code.shape_offset,
+                      code.texture_offset, f"toy50:{frame}")
+    return neutral, images, code.parameters
+
+
+SQUARE = np.array([[2.0, 2.0], [22.0, 2.0], [22.0, 18.0], [2.0, 18.0], [12.0, 10.0]])
+EMPTY = np.array([], dtype=int)
+
+
+def test_painting_at_the_source_returns_the_source() -> None:
+    image = np.random.default_rng(1).integers(0, 256, (20, 24, 3), dtype=np.uint8)
+    painter = Painter(triangulate(SQUARE), SQUARE, EMPTY, (20, 24), np.eye(2, 3))
+    assert (painter.paint(image, SQUARE) == image).all()
+
+
+def test_maps_are_the_affine_map_inside_and_the_background_outside() -> None:
+    matrix, move = np.array([[0.8, 0.1], [-0.05, 0.9]]), np.array([3.0, 1.0])
+    target = SQUARE @ matrix.T + move
+    painter = Painter(triangulate(SQUARE), SQUARE, EMPTY, (30, 30), np.array([[1.0, 0, 5], [0, 1, 7]]))
+    x, y = painter.maps(target)
+    back = (np.array([12.5, 10.5]) - move) @ np.linalg.inv(matrix).T
+    assert (x[10, 12] + 0.5, y[10, 12] + 0.5) == pytest.approx(tuple(back), abs=1e-4)
+    assert (x[28, 1] + 0.5, y[28, 1] + 0.5) == pytest.approx((6.5, 35.5))
+
+
+def test_fine_triangles_own_exactly_the_pixels_whose_centres_they_hold() -> None:
+    points = np.array([[1.0, 4.0], [19.0, 4.2], [10.0, 5.1], [10.0, 1.0]])
+    triangles = np.array([[0, 1, 2], [0, 3, 1]])
+    painter = Painter(triangles, points, np.array([0]), (8, 20), np.eye(2, 3))
+    owner = painter._owners(points, *_inverses(points, triangles))
+    y, x = np.mgrid[:8, :20] + 0.5
+    below = (y >= 4 + 0.2 * (x - 1) / 18) & (y <= 4 + 1.1 * (x - 1) / 9) & (y <= 4.2 + 0.9 * (19 - x) / 9)
+    assert ((owner == 0) == below).all()
+
+
+def test_turned_over_and_flat_triangles_are_not_drawn() -> None:
+    triangles = triangulate(SQUARE[:4])
+    painter = Painter(triangles, SQUARE[:4], np.arange(2), (20, 24), np.array([[1.0, 0, 100], [0, 1, 0]]))
+    x, _ = painter.maps(SQUARE[[1, 0, 3, 2]])
+    assert (x >= 100).all()
+    x, _ = painter.maps(SQUARE[:4] * [1, 0] + [0, 5])
+    assert (x >= 100).all() and np.isfinite(x).all()
+
+
+def test_neutral_parameters_draw_the_neutral_frame(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray]
+) -> None:
+    neutral, images, parameters = shown
+    frame = int(neutral.source.split(":")[1])
+    drawn = next(Renderer(model, neutral).frames(parameters[frame:frame + 1]))
+    assert drawn.shape == (*SIZE, 3) and drawn.dtype == np.uint8
+    assert np.abs(drawn.astype(int) - images[frame]).max() <= 6
+
+
+def test_other_frames_of_the_clip_are_drawn_as_they_were(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray]
+) -> None:
+    neutral, images, parameters = shown
+    mouth = np.s_[44:60, 36:60]
+    for drawn, image in zip(Renderer(model, neutral).frames(parameters), images, strict=True):
+        assert np.sqrt(((drawn[mouth].astype(float) - image[mouth]) ** 2).mean()) < 4
+    still = np.sqrt(((images[:, 44:60, 36:60].astype(float) - neutral.image[mouth]) ** 2).mean())
+    assert still > 7  # the clip does move
+
+
+def test_what_lies_outside_the_ring_never_changes(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray]
+) -> None:
+    neutral, _, parameters = shown
+    for drawn in Renderer(model, neutral).frames(parameters[:5]):
+        assert (drawn[:30] == neutral.image[:30]).all() and (drawn[:, :10] == neutral.image[:, :10]).all()
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0, 1.5])
+def test_points_lie_where_the_picture_has_them(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray], scale: float
+) -> None:
+    neutral, _, parameters = shown
+    renderer = Renderer(model, neutral, scale)
+    assert renderer.size == (round(SIZE[1] * scale), round(SIZE[0] * scale))
+    points = renderer.points_in_image(parameters)
+    truth = clip_arrays(50)[1][:, model.layout.rows] * scale
+    assert np.sqrt(((points - truth) ** 2).sum(axis=-1).mean()) < 0.1 * scale
+    assert next(renderer.frames(parameters[:1])).shape == (*renderer.size[::-1], 3)
+
+
+def test_lips_never_pass_through_each_other(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray]
+) -> None:
+    neutral, _, _ = shown
+    shut = model.aperture.vector / np.square(model.aperture.vector).sum()
+    parameters = np.outer([0.0, -30.0], shut)
+    points = Renderer(model, neutral).points_in_image(parameters)
+    gap = points[:, 9, 1] - points[:, 7, 1]
+    assert gap[0] > 1 and gap[1] == pytest.approx(0, abs=0.01)  # the head is turned a little
+    assert list(Renderer(model, neutral).frames(parameters))[1].shape == (*SIZE, 3)
+
+
+def test_frames_of_a_tall_jaw_have_no_tear(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray]
+) -> None:
+    """The toy's skin is smooth, so a tear would be the steepest step in the picture."""
+    neutral, _, parameters = shown
+    widest = parameters[model.aperture(parameters).argmax()] * 1.3
+    drawn = next(Renderer(model, neutral).frames(widest[None])).astype(int)
+    assert np.abs(np.diff(drawn[56:], axis=0)).max() <= 12 and np.abs(np.diff(drawn[56:], axis=1)).max() <= 14
+
+
+def test_a_neutral_frame_of_another_model_is_refused(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray]
+) -> None:
+    neutral, _, _ = shown
+    other = Neutral(neutral.image, neutral.points[:5], neutral.pose, neutral.shape_offset[:5], neutral.texture_offset)
+    with pytest.raises(DnnvssError, match="belongs to another model"):
+        Renderer(model, other)
+    with pytest.raises(DnnvssError, match="render scale is 0"):
+        Renderer(model, neutral, scale=0)
+
+
+def test_neutral_survives_the_disk(shown: tuple[Neutral, np.ndarray, np.ndarray], tmp_path: Path) -> None:
+    neutral = shown[0]
+    back = Neutral.load(neutral.save(tmp_path / "neutral.npz"))
+    assert back.source == neutral.source
+    for name in ("image", "points", "pose", "shape_offset", "texture_offset"):
+        assert (getattr(back, name) == getattr(neutral, name)).all()
+    (tmp_path / "neutral.npz").write_bytes(b"PK")
+    with pytest.raises(DnnvssError, match=r"neutral\.npz: cannot be read"):
+        Neutral.load(tmp_path / "neutral.npz")
+
+
+def test_the_neutral_frame_is_silent_valid_and_sharp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clips_module, "read_video", np.load)
+    toy = corpus(tmp_path / "toy")
+    splits = {"train": [f"toy{i}" for i in range(5)], "test": ["toy5"]}
+    encoded = encode_corpus(toy, splits, CONFIG, tmp_path / "aam", progress=False)
+    sharp = np.random.default_rng(1).integers(-9, 10, (*SIZE, 1))
+    monkeypatch.setattr(neutral_module, "read_video", lambda path: np.clip(
+        np.load(path) + (sharp if "toy3" in str(path) else 0), 0, 255).astype(np.uint8))
+    neutral = choose_neutral(toy, encoded)
+    name, frame = neutral.source.split(":")
+    assert name == "toy3" and not 5 <= int(frame) < 15  # speech runs from 0.2 to 0.6 s
+    points, _ = toy.landmarks(toy.utterances[name])
+    assert neutral.points == pytest.approx(points[int(frame), encoded.model.layout.rows])
+
+
+def test_modes_and_the_models_own_picture(model: ActiveAppearanceModel, tmp_path: Path) -> None:
+    own = plots.synthesise(model, np.zeros(model.size))
+    at = np.rint(model.mean_shape[model.layout.groups["jaw"][2]] - model.warp.origin + 6).astype(int)
+    truth = picture(3.0)[tuple(np.rint(face(3.0)[12] - [0, 3]).astype(int)[::-1])]
+    assert np.abs(own[at[1] - 3, at[0]].astype(int) - truth).max() < 10 and (own[0, 0] == 255).all()
+    assert plots.plot_modes(tmp_path / "modes.png", model, count=3).stat().st_size > 5000
