@@ -127,7 +127,7 @@ class Renderer:
         return constant.astype(np.float32).ravel(), (share * model.texture_modes).reshape(model.size, -1)
 
     def _detail(self) -> np.ndarray:
-        """Return what the model leaves out of the neutral frame's skin, (N, 3): pores and stubble, none near the lips."""
+        """Return what the model leaves out of the neutral skin, (N, 3): pores and stubble, none near the lips."""
         model, neutral = self.model, self.neutral
         shape = to_reference(neutral.points, neutral.pose, model.reference.pivot) - model.mean_shape
         texture = model.warp.sample(neutral.image, neutral.points) - model.mean_texture - neutral.texture_offset
