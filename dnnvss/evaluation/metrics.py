@@ -1,8 +1,9 @@
 """How near a predicted trajectory is to the reference, one written definition a metric.
 
 All functions take trajectories (T, D) over the same frames, reference first, and return one number a coefficient,
-shape (D,). Cut both to the frames that should count before the call. A coefficient is *constant* where its standard
-deviation is below 1e-9 of its largest magnitude.
+shape (D,). Cut both to the frames that should count before the call. A reference is *constant* where its standard
+deviation is below 1e-9 of its largest magnitude, a prediction also where it moves less than a thousandth of the
+reference.
 
 **Where nothing can be measured the answer is NaN**: with a constant reference, correlation and global-variance ratio
 are undefined, and with no frame everything is. A constant *prediction* of a reference that moves has correlation 0 by
@@ -16,7 +17,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 
-_CONSTANT = 1e-9
+_CONSTANT, _STILL = 1e-9, 1e-3
 
 
 def correlation(reference: np.ndarray, predicted: np.ndarray) -> np.ndarray:
@@ -29,7 +30,7 @@ def correlation(reference: np.ndarray, predicted: np.ndarray) -> np.ndarray:
     """
     r, p = _centred(*_pair(reference, predicted))
     scale = np.sqrt((r**2).sum(axis=0) * (p**2).sum(axis=0))
-    flat = _constant(reference) | _constant(predicted)
+    flat = _constant(reference) | _constant(predicted) | ((p**2).sum(axis=0) <= _STILL**2 * (r**2).sum(axis=0))
     value = (r * p).sum(axis=0) / np.where(flat | (scale == 0), 1.0, scale)
     return np.where(_constant(reference), np.nan, np.where(flat, 0.0, value))
 

@@ -39,6 +39,7 @@ def test_each_coefficient_on_its_own():
 def test_what_cannot_be_measured():
     flat = np.full((4, 1), 0.1)
     assert correlation(R, flat).tolist() == [0.0]
+    assert correlation(R, 1e-4 * R).tolist() == [0.0] and correlation(R, 0.01 * R) == pytest.approx(1)
     assert np.isnan(correlation(flat, R)).all() and np.isnan(correlation(flat, flat)).all()
     assert np.isnan(global_variance_ratio(flat, R)).all()
     assert global_variance_ratio(R, flat) == pytest.approx(0, abs=1e-30)

@@ -1,0 +1,172 @@
+"""The articulation dial: how far a trajectory moves, by scaling and by a global-variance term in the solve."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from scipy.linalg import lapack
+
+from dnnvss.errors import DnnvssError
+from dnnvss.trajectory.equations import NormalEquations, precision_of
+from dnnvss.trajectory.multipliers import multiply
+from dnnvss.trajectory.windows import STATIC_DELTA_DELTA2, Windows
+
+_BISECTIONS = 60
+
+
+@dataclass(frozen=True)
+class GlobalVariance:
+    """What is known of the variance of each coefficient within an utterance.
+
+    Args:
+        mean: (D,), mean over utterances.
+        variance: (D,), variance over utterances of that variance.
+    """
+
+    mean: np.ndarray
+    variance: np.ndarray
+
+    @classmethod
+    def of(cls, trajectories: Iterable[np.ndarray], masks: Iterable[np.ndarray] | None = None) -> "GlobalVariance":
+        """Return the statistics of trajectories (T, D), each over the frames of its mask (T,) where masks are given.
+
+        Raises:
+            DnnvssError: there are fewer than two utterances with two frames.
+        """
+        chosen = list(trajectories)
+        kept = [np.ones(len(x), bool) for x in chosen] if masks is None else list(masks)
+        cut = [np.asarray(x, float)[m] for x, m in zip(chosen, kept, strict=True)]
+        values = np.array([x.var(axis=0) for x in cut if len(x) > 1])
+        if len(values) < 2:
+            raise DnnvssError(f"{len(values)} utterances are too few to tell the variance of variances",
+                              remedy="Give two utterances or more")
+        return cls(values.mean(axis=0), values.var(axis=0, ddof=1))
+
+
+def dial(
+    columns: int, value: float = 1.0, groups: Mapping[str, Sequence[int]] | None = None, **by_group: float
+) -> np.ndarray:
+    """Return the articulation of each coefficient, shape (D,).
+
+    Args:
+        columns: D.
+        value: 0 is flat, 1 the talker's natural variance, above 1 exaggerated.
+        groups: name to the positions of its coefficients.
+        by_group: another value for the coefficients of a group.
+
+    Raises:
+        DnnvssError: a negative value, or a group that is not known.
+    """
+    settings = np.full(columns, float(value))
+    for name, own in by_group.items():
+        if name not in (groups or {}):
+            raise DnnvssError(f"no group of coefficients is named {name!r}",
+                              remedy=f"Use one of {sorted(groups or {})}")
+        settings[list((groups or {})[name])] = own
+    if not ((settings >= 0) & np.isfinite(settings)).all():
+        raise DnnvssError(f"an articulation of {settings.min()} was asked for",
+                          remedy="Give 0 (flat), 1 (natural) or more")
+    return settings
+
+
+def articulate(
+    trajectory: np.ndarray,
+    setting: np.ndarray | float,
+    natural: np.ndarray,
+    own: np.ndarray | None = None,
+    mask: np.ndarray | None = None,
+    centre: np.ndarray | None = None,
+) -> np.ndarray:
+    """Return the trajectory (T, D) with its movement scaled about its centre: ``c + g (x - c)``, ``g = setting sqrt(n
+    / o)``.
+
+    Correlation with the truth does not change, because each coefficient is only stretched; its variance does. A
+    coefficient that does not move at all is left as it is.
+
+    Args:
+        trajectory: (T, D).
+        setting: the dial, a number or (D,); 0 flat, 1 the talker's natural variance.
+        natural: n, the talker's variance of each coefficient within an utterance, (D,).
+        own: o, the variance that the model's trajectories have on average, (D,): one gain for all utterances, which
+            keeps their differences. Where None, this trajectory's own, so that every utterance gets exactly the
+            variance asked for.
+        mask: (T,) bool, frames over which centre and own variance are taken, e.g. speech; all where None.
+        centre: c, (D,); the mean over the mask where None.
+
+    **Source**: Silen et al., Ways to implement global variance in statistical speech synthesis (2012), section 3.
+    """
+    x = np.asarray(trajectory)
+    kept = x[mask] if mask is not None and np.any(mask) else x
+    middle = kept.astype(float).mean(axis=0) if centre is None else np.asarray(centre, float)
+    spread = kept.astype(float).var(axis=0) if own is None else np.asarray(own, float)
+    still = spread <= 1e-18 * np.maximum(np.abs(middle), 1e-300) ** 2
+    gain = np.asarray(setting) * np.sqrt(np.asarray(natural, float) / np.where(still, 1.0, spread))
+    return (middle + np.where(still, 1.0, gain) * (x - middle)).astype(x.dtype)
+
+
+def with_global_variance(
+    trajectory: np.ndarray,
+    variance: Any,
+    target: GlobalVariance,
+    weight: float = 1.0,
+    windows: Windows = STATIC_DELTA_DELTA2,
+) -> np.ndarray:
+    """Return the trajectory (T, D) that is most likely under the prediction and under a Gaussian of its global
+    variance.
+
+    For each coefficient it minimises ``(x - x0)' P (x - x0) / (W T) + weight (v(x) - mean)^2 / variance``, where ``P``
+    is the matrix of :func:`mlpg`, ``x0`` its trajectory and ``v(x)`` the variance of x over the utterance. The optimum
+    solves ``(P + k C) x = P x0`` with C taking the mean away and one number k, which bisection finds: k is negative
+    where the variance must grow. Slow movement is amplified most. Linear in T.
+
+    Args:
+        trajectory: x0, (T, D).
+        variance: variances of the prediction, which broadcast to (T, W, D).
+        target: mean and variance of the global variance, (D,) each.
+        weight: 0 gives x0 back; 1 is the likelihood of the source.
+        windows: the streams of the prediction.
+
+    **Source**: Toda and Tokuda, A speech parameter generation algorithm considering global variance (2007), section 3.
+    """
+    x0 = np.asarray(trajectory)
+    frames, columns = x0.shape
+    if weight == 0 or frames < 2:
+        return x0
+    streams = torch.empty(1, frames, len(windows), columns, dtype=torch.float64)
+    bands = NormalEquations(precision_of(variance, streams), windows, None, streams.shape).bands[:, :, 0].numpy()
+    strength = 2 * len(windows) * weight / np.maximum(target.variance, 1e-300)
+    out = np.empty((frames, columns))
+    for d in range(columns):
+        out[:, d] = _column(np.ascontiguousarray(bands[:, :, d]), x0[:, d].astype(float), target.mean[d], strength[d])
+    return out.astype(x0.dtype)
+
+
+def _column(bands: np.ndarray, x0: np.ndarray, wanted: float, strength: float) -> np.ndarray:
+    """Return the minimiser for one coefficient, ``k = strength (v - wanted)``."""
+    rhs = multiply(bands, x0)
+    excess = strength * (x0.var() - wanted)
+    low, high = (-bands[0].max(), 0.0) if excess < 0 else (0.0, excess)
+    best = x0
+    for _ in range(_BISECTIONS):
+        k = 0.5 * (low + high)
+        x = _shifted_solution(bands, rhs, k)
+        if x is None or k < strength * (x.var() - wanted):
+            low = k
+        else:
+            high = k
+        best = best if x is None else x
+    return best
+
+
+def _shifted_solution(bands: np.ndarray, rhs: np.ndarray, k: float) -> np.ndarray | None:
+    """Return the solution of ``(P + k (I - 1 1' / T)) x = rhs``, or None where ``P + k I`` is not positive definite."""
+    shifted = bands.copy()
+    shifted[0] += k
+    sides = np.column_stack([rhs, np.ones(len(rhs))])
+    _, solved, info = lapack.dpbsv(shifted, sides, lower=1)
+    if info:
+        return None
+    x, ones = solved.T
+    return x + ones * (k / len(rhs) * x.sum() / (1.0 - k / len(rhs) * ones.sum()))

@@ -1,0 +1,85 @@
+"""The articulation dial and the global-variance term."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from trajectory.trajectory_cases import dense_normal_matrix
+
+from dnnvss import DnnvssError
+from dnnvss.trajectory import STATIC_DELTA, STATIC_DELTA_DELTA2, mlpg
+from dnnvss.trajectory.variance import GlobalVariance, articulate, dial, with_global_variance
+
+
+def test_statistics_by_hand():
+    # variances of (0, 2), (0, 4), (0, 0): 1, 4, 0; mean 5/3; squared deviations 4/9 + 49/9 + 25/9 = 78/9, over 2
+    statistics = GlobalVariance.of([np.array([[0.0], [a]]) for a in (2.0, 4.0, 0.0)])
+    assert statistics.mean == pytest.approx(5 / 3) and statistics.variance == pytest.approx(78 / 18)
+    masks = [np.array([True, True, False])] * 2
+    cut = GlobalVariance.of([np.array([[0.0], [2.0], [99.0]])] * 2, masks)
+    assert cut.mean == pytest.approx(1.0)
+    with pytest.raises(DnnvssError, match="1 utterances"):
+        GlobalVariance.of([np.zeros((4, 1))])
+
+
+def test_the_dial_sets_the_variance_and_keeps_the_mean():
+    x = np.random.default_rng(0).normal(size=(200, 3)) * [1, 2, 3] + [5, -5, 0]
+    natural = np.array([4.0, 4.0, 1.0])
+    for setting in (0.0, 0.5, 1.0, 1.7):
+        out = articulate(x, setting, natural)
+        assert np.allclose(out.var(axis=0), setting**2 * natural) and np.allclose(out.mean(axis=0), x.mean(axis=0))
+    fixed = articulate(x, 1.0, natural, own=np.array([1.0, 4.0, 9.0]))
+    assert np.allclose(fixed.std(axis=0), x.std(axis=0) * [2, 1, 1 / 3])
+
+
+def test_the_dial_over_speech_only_and_about_a_centre():
+    x = np.array([[100.0], [0.0], [2.0], [100.0]])
+    speech = np.array([0, 1, 1, 0], bool)
+    assert articulate(x, 1.0, np.array([4.0]), mask=speech)[1:3].ravel().tolist() == [-1.0, 3.0]
+    about = articulate(x, 1.0, np.array([4.0]), mask=speech, centre=np.array([0.0]))
+    assert about[1:3].ravel().tolist() == [0.0, 4.0]
+
+
+def test_what_does_not_move_stays():
+    still = np.full((5, 1), 3.0)
+    assert np.array_equal(articulate(still, 1.0, np.array([4.0])), still)
+
+
+def test_groups():
+    groups = {"jaw": [0, 2], "lips": [1]}
+    assert dial(4, 1.0, groups, jaw=0.5, lips=1.5).tolist() == [0.5, 1.5, 0.5, 1.0]
+    with pytest.raises(DnnvssError, match=r"'tongue'.*jaw"):
+        dial(4, 1.0, groups, tongue=1.0)
+    with pytest.raises(DnnvssError, match=r"-0\.5"):
+        dial(4, -0.5)
+
+
+@pytest.mark.parametrize("windows", [STATIC_DELTA, STATIC_DELTA_DELTA2])
+@pytest.mark.parametrize("wanted", [0.2, 3.0])
+@pytest.mark.parametrize("weight", [0.01, 1.0])
+def test_global_variance_equals_a_general_optimiser(windows, wanted, weight):
+    rng = np.random.default_rng(1)
+    frames = 20
+    variance = rng.uniform(0.1, 1, size=(frames, len(windows), 1))
+    x0 = mlpg(rng.normal(size=variance.shape), variance, windows)
+    target = GlobalVariance(np.array([wanted]), np.array([0.3]))
+    normal = dense_normal_matrix(variance, windows)
+
+    def cost(x):
+        d, v = x - x0[:, 0], x.var()
+        slope = 2 * normal @ d / (len(windows) * frames) + weight * 2 * (v - wanted) / 0.3 * 2 / frames * (x - x.mean())
+        return d @ normal @ d / (len(windows) * frames) + weight * (v - wanted) ** 2 / 0.3, slope
+
+    best = minimize(cost, x0[:, 0], jac=True, method="BFGS", options={"gtol": 1e-10, "maxiter": 2000}).x
+    ours = with_global_variance(x0, variance, target, weight, windows)[:, 0]
+    assert cost(ours)[0] <= cost(best)[0] + 1e-9
+    assert np.abs(cost(ours)[1]).max() < 1e-7
+    assert np.abs(ours - best).max() < 1e-4
+
+
+def test_without_weight_the_trajectory_is_the_same():
+    x0 = np.random.default_rng(0).normal(size=(9, 2))
+    target = GlobalVariance(np.ones(2), np.ones(2))
+    assert with_global_variance(x0, 1.0, target, 0.0) is x0
+    assert with_global_variance(x0[:1], 1.0, target) is not None
+    heavy = with_global_variance(x0, 1.0, target, 1e6)
+    assert heavy.var(axis=0) == pytest.approx([1, 1], abs=1e-4)
