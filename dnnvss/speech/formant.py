@@ -18,8 +18,8 @@ from dnnvss.speech.formant_table import NOISES, Sound, sound
 from dnnvss.timing import Alignment, FrameClock
 
 _STEP = 0.0025  # seconds between updates of the filters
-_GLIDE = 0.045  # seconds that formants take from a consonant to its vowel, at most
-_BURST, _BREATH = 0.012, 0.045  # seconds of a stop's burst, and of the breath after a voiceless one
+_GLIDE = 0.038  # seconds that formants take from a consonant to its vowel, at most
+_BURST, _BREATH = 0.012, 0.055  # seconds of a stop's burst, and of the breath after a voiceless one
 _UPPER = ((3400.0, 200.0), (4300.0, 280.0), (5300.0, 350.0), (6400.0, 450.0), (7500.0, 600.0))
 _NASAL_POLE = 270.0
 _PEAK = 0.6
@@ -100,6 +100,11 @@ def _release(piece: _Piece) -> float:
     if piece.sound.kind == "affricate":
         return piece.end - 0.6 * length
     return piece.end - min(0.6 * length, _BURST + (_BREATH if piece.breathy else 0.005))
+
+
+def pitch(alignment: Alignment, times: np.ndarray, f0: float = 110.0, seed: int = 0) -> np.ndarray:
+    """Return the built-in voice's pitch in Hz (n,) at times in seconds (n,), increasing."""
+    return _pitch(_pieces(alignment), alignment, times, f0, np.random.default_rng(seed))
 
 
 # ---- tracks: rows of (start, end, value) that are joined by short ramps ----------------------------------------------

@@ -1,0 +1,110 @@
+"""What an engine gives, and what all of them share: programs in subprocesses and wav files."""
+
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import scipy.io.wavfile
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.text.sentence import Sentence
+from dnnvss.timing import Alignment, FrameClock
+
+TIMEOUT = 120
+"""Seconds after which a program that speaks is given up."""
+
+
+@dataclass(frozen=True)
+class Speech:
+    """Sound and what it says.
+
+    Args:
+        samples: (n,) float32 in [-1, 1].
+        rate: samples a second.
+        alignment: tiers ``phones`` (the 41 labels) and ``words``, over the whole sound.
+    """
+
+    samples: np.ndarray
+    rate: int
+    alignment: Alignment
+
+
+@runtime_checkable
+class Engine(Protocol):
+    """A text-to-speech engine.
+
+    Attributes:
+        name: what :func:`~dnnvss.speech.engines.find_engine` knows it by.
+        imposes: whether it can speak durations that are given.
+    """
+
+    name: str
+    imposes: bool
+
+    def available(self) -> str | None:
+        """Return None if the engine can speak here, else why not and what to install."""
+        ...
+
+    def speak(self, sentence: Sentence, alignment: Alignment | None = None) -> Speech:
+        """Return the sentence as sound.
+
+        Args:
+            sentence: whose pronunciations the engine is made to follow.
+            alignment: times to speak in. An engine that cannot impose them speaks in its own, and gives those.
+
+        Raises:
+            DnnvssError: the engine is missing or failed.
+        """
+        ...
+
+
+def run(command: Sequence[str], engine: str, text: str = "") -> str:
+    """Return what a program prints, given ``text`` on its standard input.
+
+    Raises:
+        DnnvssError: it is missing, fails, or takes longer than :data:`TIMEOUT` seconds.
+    """
+    try:
+        done = subprocess.run(command, input=text, capture_output=True, text=True, encoding="utf-8", timeout=TIMEOUT,
+                              check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise DnnvssError(f"the speech engine {engine} did not run: {error}",
+                          remedy="Choose another engine, e.g. speech.engine=formant") from error
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip().splitlines()[-1:] or ["no message"]
+        raise DnnvssError(f"the speech engine {engine} failed with status {done.returncode}: {said[0]}",
+                          remedy="Choose another engine, e.g. speech.engine=formant")
+    return done.stdout
+
+
+@contextmanager
+def workshop() -> Iterator[Path]:
+    """Yield a temporary folder that is gone afterwards."""
+    with tempfile.TemporaryDirectory(prefix="dnnvss-") as name:
+        yield Path(name)
+
+
+def read_wav(path: Path, engine: str) -> tuple[np.ndarray, int]:
+    """Return the samples (n,) float32 in [-1, 1] and rate of a 16-bit wav that an engine wrote.
+
+    Raises:
+        DnnvssError: it wrote none, or an empty one.
+    """
+    rate, samples = files.read(path, scipy.io.wavfile.read, f"The engine {engine} wrote no sound; choose another one")
+    if samples.dtype != np.int16 or not samples.size:
+        raise DnnvssError(f"the speech engine {engine} wrote {samples.size} samples of {samples.dtype}",
+                          remedy="Choose another engine, e.g. speech.engine=formant")
+    return samples.reshape(len(samples), -1)[:, 0].astype(np.float32) / 32768, int(rate)
+
+
+def fitted(samples: np.ndarray, rate: int, alignment: Alignment) -> np.ndarray:
+    """Return the samples cut or filled with silence to the length of the alignment."""
+    edges = FrameClock(rate).edges(np.array([alignment.start, alignment.end]))
+    count = int(edges[1] - edges[0])
+    return np.pad(samples[:count], (0, max(count - len(samples), 0))).astype(np.float32)
