@@ -1,9 +1,11 @@
 """Speaks text with a trained run; ``python synth.py --help`` lists the settings."""
 
+import sys
+
 import hydra
 from omegaconf import DictConfig
 
-from dnnvss.pipeline.cli import command
+from dnnvss.pipeline.cli import command, quoted
 
 
 @hydra.main(version_base="1.3", config_path="conf", config_name="synth")
@@ -15,4 +17,5 @@ def main(config: DictConfig) -> None:
 
 
 if __name__ == "__main__":
+    sys.argv[1:] = quoted(sys.argv[1:])
     main()

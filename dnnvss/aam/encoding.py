@@ -18,7 +18,7 @@ from dnnvss.aam.report import build_report
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 
-_ALGORITHM = 2
+_ALGORITHM = 3
 """Raised when the code changes what it computes, so that old caches are not taken for new."""
 _BATCH = 32
 

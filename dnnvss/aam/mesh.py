@@ -13,13 +13,29 @@ _ROW = 256
 
 
 def triangulate(points: np.ndarray) -> np.ndarray:
-    """Return the Delaunay triangles (K, 3) of points (P, 2), all turning the same way; slivers are left out."""
+    """Return the Delaunay triangles (K, 3) of points (P, 2), all turning the same way.
+
+    Slivers are left out along the outline, where three points nearly on a line make one; inside they stay, since a
+    missing one would be a hole.
+    """
     triangles = Delaunay(points).simplices
     area = signed_area(points, triangles)
     triangles = np.where((area < 0)[:, None], triangles[:, ::-1], triangles)
     sides = points[triangles] - points[np.roll(triangles, 1, axis=1)]
     longest = np.linalg.norm(sides, axis=-1).max(axis=1)
-    return triangles[np.abs(area) > 0.02 * longest**2].astype(np.int32)
+    thin = np.abs(area) <= 0.02 * longest**2
+    while True:
+        outline = outline_edges(triangles)
+        rim = np.array([any((int(t[i]), int(t[i - 2])) in outline for i in range(3)) for t in triangles])
+        if not (thin & rim).any():
+            return triangles.astype(np.int32)
+        triangles, thin = triangles[~(thin & rim)], thin[~(thin & rim)]
+
+
+def outline_edges(triangles: np.ndarray) -> set[tuple[int, int]]:
+    """Return the directed edges of a mesh (K, 3) that belong to one triangle only; all triangles turn the same way."""
+    edges = {(int(t[i]), int(t[i - 2])) for t in triangles for i in range(3)}
+    return {(a, b) for a, b in edges if (b, a) not in edges}
 
 
 def signed_area(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -23,3 +23,19 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
             sys.exit(130)
 
     return wrapped
+
+
+def quoted(arguments: list[str], keys: tuple[str, ...] = ("text", "wav", "alignment", "out", "run")) -> list[str]:
+    """Return command-line arguments in which the values of ``keys`` are quoted for hydra.
+
+    Hydra gives commas, colons, braces and quotes a meaning of their own; in a sentence or a path they are just text.
+    """
+
+    def quote(argument: str) -> str:
+        key, equals, value = argument.partition("=")
+        if key not in keys or not equals or value == "null":
+            return argument
+        escaped = value.replace("\\", "\\\\").replace("'", "\\'") if "'" in value or value.endswith("\\") else value
+        return f"{key}='{escaped}'"
+
+    return [quote(argument) for argument in arguments]

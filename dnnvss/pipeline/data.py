@@ -53,7 +53,8 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
     """Return the examples of ``train``, ``val`` and ``test``."""
 
     def examples(utterances: Sequence[Utterance]) -> list[Example]:
-        return [task.example(u, *encoded.parameters(u.id)) for u in utterances if u.id not in encoded.dropped]
+        codes = {u.id: encoded.clip(u.id) for u in utterances if u.id not in encoded.dropped}
+        return [task.example(u, codes[u.id].parameters, codes[u.id].valid) for u in utterances if u.id in codes]
 
     return {name: examples(corpus.split(name, variant)) for name in SPLITS}
 

@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from omegaconf import DictConfig
@@ -12,10 +12,13 @@ from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance, read_audio, write_wav
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, write_alignment
-from dnnvss.phones import SILENCES, nearest
+from dnnvss.phones import SILENCES, nearest, strip_stress
 from dnnvss.pipeline.folder import Run, newest
 from dnnvss.timing import Alignment, FrameClock
-from dnnvss.trajectory import mlpg
+from dnnvss.trajectory import mlpg, resample
+
+if TYPE_CHECKING:
+    from dnnvss.text.sentence import Sentence, Word
 
 _ALIGNER_RATE, _SOUND_RATE = 16000, 48000
 
@@ -69,6 +72,23 @@ def make_plan(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
     return _from_voice(config, voice) if config.wav else _from_text(config, run, voice)
 
 
+def _choices(word: "Word", variant: str) -> list[tuple[str, ...]]:
+    """Return the pronunciations that the sound may choose among; what the user or the context fixed stays fixed."""
+    from dnnvss.text.lexicon import pronunciations
+
+    first = tuple(strip_stress(p) for p in word.phones)
+    others = pronunciations(word.spoken, variant) if word.source == "lexicon" else []
+    return list(dict.fromkeys([first, *others]))
+
+
+def _parsed(config: DictConfig, voice: dict[str, Any]) -> "Sentence":
+    from dnnvss.text.overrides import read_overrides
+    from dnnvss.text.sentence import parse
+
+    overrides = read_overrides(config.overrides) if config.overrides else None
+    return parse(str(config.text), variant=voice["variant"], overrides=overrides)
+
+
 def _from_alignment(config: DictConfig) -> Plan:
     alignment = read_alignment(config.alignment)
     text = str(config.text) if config.text else " ".join(w for w in alignment["words"].labels if w)
@@ -79,19 +99,18 @@ def _from_alignment(config: DictConfig) -> Plan:
 
 def _from_voice(config: DictConfig, voice: dict[str, Any]) -> Plan:
     from dnnvss.speech.align import align
-    from dnnvss.text import parse
 
-    sentence = parse(str(config.text), variant=voice["variant"], overrides=config.overrides)
-    aligned = align(read_audio(config.wav, _ALIGNER_RATE), sentence.choices())
+    sentence = _parsed(config, voice)
+    words = [(w.spoken, _choices(w, voice["variant"])) for w in sentence.words]
+    aligned = align(read_audio(config.wav, _ALIGNER_RATE), words)
     notes = {"engine": "the given recording", "pronunciation": sentence.report(), "alignment_scores": aligned.scores}
     return Plan(sentence.text, aligned.alignment, read_audio(config.wav, _SOUND_RATE), notes=notes)
 
 
 def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
     from dnnvss.speech.durations import DurationModel
-    from dnnvss.text import parse
 
-    sentence = parse(str(config.text), variant=voice["variant"], overrides=config.overrides)
+    sentence = _parsed(config, voice)
     durations = DurationModel.load(run.folder / "durations.npz")
     alignment = durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in,
                                   lead_out=config.lead_out)
@@ -99,12 +118,12 @@ def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
     return _spoken(config, plan, sentence)
 
 
-def _spoken(config: DictConfig, plan: Plan, sentence: Any) -> Plan:
-    if config.engine == "none":
+def _spoken(config: DictConfig, plan: Plan, sentence: "Sentence | None") -> Plan:
+    if config.speech.engine == "none":
         return plan
     from dnnvss.speech.engines import find_engine
 
-    engine = find_engine(config.engine)
+    engine = find_engine(config.speech.engine)
     speech = engine.speak(sentence, plan.alignment)
     print(f"speech: {engine.name}")
     return Plan(plan.text, speech.alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})
@@ -131,6 +150,8 @@ def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajector
     from dnnvss.render import Neutral, Renderer, write_video
     from dnnvss.render.plots import plot_trajectories
 
+    from tqdm import tqdm
+
     model = ActiveAppearanceModel.load(run.folder / "aam.npz")
     renderer = Renderer(model, Neutral.load(run.folder / "face.npz"), scale)
     clock = run.task.clock
@@ -142,7 +163,8 @@ def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajector
     series = {f"coefficient {d + 1}": trajectory[:, d] for d in range(min(5, trajectory.shape[1]))}
     plot_trajectories(written[3], series, clock.rate, plan.alignment["phones"], plan.text)
     files.write_json(written[4], json.loads(json.dumps(notes, default=str)))
-    write_video(out, renderer.frames(trajectory, clock, rate), rate.rate, plan.samples, plan.rate)
+    frames = tqdm(renderer.frames(resample(trajectory, clock, rate)), "rendering", unit=" frames", leave=False)
+    write_video(out, frames, rate.rate, plan.samples, plan.rate)
     if plan.samples is not None:
         written.append(write_wav(out.with_suffix(".wav"), plan.samples, plan.rate))
     return written

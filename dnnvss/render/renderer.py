@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from dnnvss.aam import ActiveAppearanceModel
-from dnnvss.aam.mesh import signed_area
+from dnnvss.aam.mesh import outline_edges, signed_area
 from dnnvss.aam.model import lip_pairs
 from dnnvss.aam.pose import to_reference
 from dnnvss.errors import DnnvssError
@@ -181,11 +181,17 @@ def _with_ring(model: ActiveAppearanceModel, points: np.ndarray, ring: float) ->
 
 
 def _rim(triangles: np.ndarray) -> np.ndarray:
-    """Return the points on the rim of a mesh in their order: its edges that belong to one triangle only, end to end."""
-    edges = {(int(t[i]), int(t[(i + 1) % 3])) for t in triangles for i in range(3)}
-    following = {a: b for a, b in edges if (b, a) not in edges}
-    start = min(following)
-    rim = [start]
-    while (point := following[rim[-1]]) != start:
+    """Return the points on the rim of a mesh in their order: the edges of its outline, end to end.
+
+    Raises:
+        DnnvssError: the outline is not one closed line.
+    """
+    outline = outline_edges(triangles)
+    following = dict(outline)
+    rim = [min(following)]
+    while len(rim) < len(outline) and (point := following[rim[-1]]) != rim[0]:
         rim.append(point)
+    if len(rim) != len(outline) or following[rim[-1]] != rim[0]:
+        raise DnnvssError("the outline of the model's mesh is not one closed line",
+                          remedy="Choose a point set whose points do not lie in separate patches")
     return np.array(rim)
