@@ -8,6 +8,7 @@ import av
 import cv2
 import numpy as np
 
+from data_prep.report import Outcome, write_report
 from data_prep.splits import draw
 from data_prep.stages import FOLDER, Workshop
 from dnnvss import files
@@ -15,7 +16,7 @@ from dnnvss.corpus import Corpus, CorpusInfo, Utterance, write_wav
 from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, SHEET, Take, film, perform_take, script, unseen_splits
 from dnnvss.errors import DnnvssError
 
-VERSION = 1
+VERSION = 2
 """Raised with every change of how the talker looks, moves or speaks, so that an old corpus is made anew."""
 CREDIT = "Built-in talker of dnnvss: drawn and spoken by program, no person recorded (MIT)."
 _STAGE = "talker"
@@ -49,7 +50,7 @@ def prepare_demo(
     shop.sweep()
     splits = draw(list(texts), val=0.075, test=0.1125) | unseen_splits(texts, seed)
     info = CorpusInfo("demo", (size, size), str(RATE), LANDMARK_GROUPS, "en_us", CREDIT)
-    _report(out, list(texts))
+    write_report(out, [Outcome(name) for name in texts])
     Corpus.write(out, info, [Utterance.from_json(results[name]) for name in texts], splits)
     return Corpus.open(out)
 
@@ -89,18 +90,10 @@ def _forget_incomplete(out: Path, names: dict[str, str]) -> None:
 def _write_video(path: Path, take: Take, size: int) -> None:
     """Write the frames as H.264, without sound."""
     with files.replacing(path) as temporary, av.open(str(temporary), "w") as container:
-        options = {"crf": "14", "preset": "veryfast", "threads": "1"}
+        options = {"crf": "17", "preset": "ultrafast", "threads": "1"}
         stream = container.add_stream("libx264", rate=RATE, options=options)
         stream.width = stream.height = size
         stream.pix_fmt = "yuv420p"
         for picture in film(take.articulators, size, np.random.default_rng([*take.seed, 5])):
             container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         container.mux(stream.encode())
-
-
-def _report(out: Path, names: list[str]) -> None:
-    """Write what was kept and why: here everything, since nothing was recorded."""
-    rows = [f'{{"id": "{name}", "status": "kept", "reason": "drawn by the built-in talker"}}' for name in names]
-    files.write_text(out / "report.jsonl", "\n".join(rows) + "\n")
-    summary = f"{len(names)} utterances kept, 0 repaired, 0 dropped: all were drawn by the built-in talker."
-    files.write_text(out / "report.md", f"# Report of the preparation\n\n{summary}\n")

@@ -20,6 +20,7 @@ _SETTLE = 0.035  # time constant of arriving: shorter movements undershoot
 _LEAST, _LEAST_BESIDE_CLOSURE = 0.095, 0.062  # seconds between two anchors
 _DECLINE = 0.16  # share of an excursion that is lost from the start of a phrase to its end
 _EFFORT_SD, _COMMON_SD, _OWN_SD = 0.05, 0.06, 0.06  # of the log of an excursion: a sentence's, an anchor's, a column's
+_TIME_SD, _CLOSURE_TIME_SD = 0.08, 0.05  # of when a target is reached, as a share of its phone
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,11 @@ class Anchor:
         return self.target.salience >= 1 or self.target.shape == "rest"
 
 
-def targets_in_time(phones: Tier) -> list[Anchor]:
-    """Return the targets of all phones in order; a diphthong that travels has two, a silence is held."""
+def targets_in_time(phones: Tier, random: np.random.Generator) -> list[Anchor]:
+    """Return the targets of all phones in order; a diphthong that travels has two, a silence is held.
+
+    Where in its phone a target is reached varies by chance, less for closures than for vowels.
+    """
     found: list[Anchor] = []
     begin = phones.start
     for s in phones:
@@ -66,16 +70,17 @@ def targets_in_time(phones: Tier) -> list[Anchor]:
         place = (s.start - begin) / (end - begin)
         if s.label in GLIDES:
             first, second = (TARGETS[name] for name in GLIDES[s.label])
-            found.append(_point(s, 0.32, first, place))
-            found.append(_point(s, 0.84, second._replace(salience=0.5), place))
+            found.append(_point(s, 0.32, first, place, random))
+            found.append(_point(s, 0.84, second._replace(salience=0.5), place, random))
         else:
             target = TARGETS[s.label]
-            found.append(_point(s, 0.42 if target.salience >= 1 else 0.5, target, place))
+            found.append(_point(s, 0.42 if target.salience >= 1 else 0.5, target, place, random))
     return found
 
 
-def _point(s: Segment, share: float, target: Target, place: float) -> Anchor:
-    time = s.start + share * s.duration
+def _point(s: Segment, share: float, target: Target, place: float, random: np.random.Generator) -> Anchor:
+    sd = _CLOSURE_TIME_SD if target.salience >= 1 else _TIME_SD
+    time = s.start + (share + sd * float(np.clip(random.normal(), -2, 2))) * s.duration
     return Anchor(time, time, target, place)
 
 

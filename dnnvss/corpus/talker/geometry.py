@@ -104,6 +104,10 @@ def skin_fields(points: np.ndarray) -> np.ndarray:
     ])  # fmt: skip
 
 
+SKIN_FROM = 160.0
+"""Above this line nothing moves the skin (less than 0.02 units)."""
+
+
 def field_weights(rows: np.ndarray) -> np.ndarray:
     """Return what the fields of head and skin are multiplied by, (F, 8), for articulators ``rows`` (F, 12).
 
@@ -126,12 +130,21 @@ def moved(points: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return seen
 
 
+def head_turn(a: Articulators) -> tuple[np.ndarray, np.ndarray]:
+    """Return matrix (2, 2) and offset (2,) by which the head carries points between brow and chin, where it is rigid.
+
+    A point at ``p`` is seen at ``p @ matrix + offset``, which solves ``q = p + d(q)``.
+    """
+    angle = np.radians(a.roll)
+    matrix = np.array([[1.0, angle], [-angle, 1.0]]) / (1 + angle * angle)
+    shift = np.array([a.sway_x, a.sway_y]) * SHEET / 1000 - _PIVOT
+    return matrix, shift @ matrix + _PIVOT
+
+
 def carried(points: np.ndarray, a: Articulators) -> np.ndarray:
-    """Return where ``points`` (N, 2) are seen that only the head carries; between brow and chin it is rigid."""
-    right, down, angle = a.sway_x * SHEET / 1000, a.sway_y * SHEET / 1000, np.radians(a.roll)
-    x, y = points[:, 0] - _PIVOT[0] + right, points[:, 1] - _PIVOT[1] + down
-    turned = np.stack([x - angle * y, angle * x + y], axis=1) / (1 + angle * angle)  # solves q = p + d(q)
-    return turned + _PIVOT
+    """Return where ``points`` (..., 2) are seen that only the head carries, as :func:`head_turn` has it."""
+    matrix, offset = head_turn(a)
+    return points @ matrix + offset
 
 
 NOSE_BASE = on_sheet([(-15, 182), (-7.5, 187), (0, 189), (7.5, 187), (15, 182)])
@@ -163,8 +176,8 @@ def _portrait_points() -> dict[str, np.ndarray]:
 
 
 def _picks(count: int) -> np.ndarray:
-    """Return positions along the 41 steps of a lip edge, evenly spread over its parameter."""
-    return np.linspace(0, _STEPS - 1, count).round().astype(int)
+    """Return positions among the 41 steps of a lip edge, evenly spread across the mouth."""
+    return np.abs(_T - np.linspace(-1, 1, count)[:, None]).argmin(axis=1)
 
 
 def landmarks(articulators: Articulators, size: int = SHEET) -> np.ndarray:

@@ -63,7 +63,7 @@ def perform(alignment: Alignment, random: np.random.Generator) -> tuple[Motion, 
 
     Labels are ``rest`` and ``FROM>TO`` with two of :data:`~dnnvss.corpus.talker.targets.SHAPES`.
     """
-    targets = targets_in_time(alignment["phones"])
+    targets = targets_in_time(alignment["phones"], random)
     anchors = separated(targets)
     waits = _waits(anchors)
     lips = poses(anchors, targets, random)
@@ -138,5 +138,5 @@ def _sines(times: np.ndarray, oscillation: np.ndarray) -> np.ndarray:
 
 
 def _blinks(random: np.random.Generator, end: float) -> np.ndarray:
-    times = np.cumsum(random.exponential(_BLINK_EVERY, 8) + 0.4) - random.uniform(0, _BLINK_EVERY)
+    times = np.cumsum(random.exponential(_BLINK_EVERY - 1, 8) + 1) - random.uniform(0, _BLINK_EVERY)
     return times[(times > 0.15) & (times < end - 0.15)]

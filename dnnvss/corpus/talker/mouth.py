@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from dnnvss.corpus.talker.geometry import CENTRE, JAW_DROP, LIP_LINE, SHEET, carried, mouth_outlines
-from dnnvss.corpus.talker.paint import gradient, lay, mask, stroke
+from dnnvss.corpus.talker.geometry import CENTRE, JAW_DROP, LIP_LINE, SHEET, head_turn, mouth_outlines
+from dnnvss.corpus.talker.paint import Colour, gradient, lay, mask, stroke
 from dnnvss.corpus.talker.portrait import SKIN_DEEP, SKIN_LIGHT, SKIN_SHADE
 from dnnvss.corpus.talker.targets import Articulators
 
 PATCH = (104, 172, 216, 278)
 """Left, top, right and bottom of the part of the design sheet that is painted over."""
-_FINE = 3
+_FINE = 2
 
 _UPPER_LIP = [(0.0, (190, 92, 92)), (0.6, (172, 70, 76)), (1.0, (140, 50, 58))]  # from the bow to the opening
 _LOWER_LIP = [(0.0, (158, 58, 66)), (0.45, (204, 100, 102)), (1.0, (180, 84, 84))]  # from the opening down
@@ -32,12 +32,13 @@ class _Sheet:
     x: np.ndarray
     y: np.ndarray
     articulators: Articulators
-    origin: tuple[float, float]
+    turn: tuple[np.ndarray, np.ndarray]
+    origin: np.ndarray
     unit: float
 
     def place(self, outline: np.ndarray) -> np.ndarray:
         """Return an outline of the unmoved head in pixels of the patch."""
-        return (carried(outline, self.articulators) - self.origin) * self.unit
+        return (outline @ self.turn[0] + (self.turn[1] - self.origin)) * self.unit
 
     def area(self, outline: np.ndarray, blur: float = 0.0) -> np.ndarray:
         """Return the coverage of a closed outline of the unmoved head."""
@@ -47,11 +48,18 @@ class _Sheet:
         """Return the coverage of a line of the unmoved head."""
         return stroke(self.picture.shape[:2], self.place(points), width * self.unit, fine=_FINE, blur=blur * self.unit)
 
-    def spot(self, at: tuple[float, float], reach: tuple[float, float]) -> np.ndarray:
-        """Return a soft elliptical spot about a point of the unmoved head."""
-        x, y = carried(np.array([at]), self.articulators)[0]
-        across, down = np.exp(-(((self.x[0] - x) / reach[0]) ** 2)), np.exp(-(((self.y[:, 0] - y) / reach[1]) ** 2))
-        return down[:, None] * across
+    def dab(self, at: tuple[float, float], reach: tuple[float, float], colour: Colour, alpha: float,
+            within: np.ndarray | None = None) -> None:  # fmt: skip
+        """Lay a soft elliptical spot about a point of the unmoved head."""
+        x, y = np.array(at) @ self.turn[0] + self.turn[1]
+        column, row = (x - self.origin[0]) * self.unit, (y - self.origin[1]) * self.unit
+        wide, high = 2.4 * reach[0] * self.unit, 2.4 * reach[1] * self.unit
+        part = (slice(max(int(row - high), 0), max(int(row + high) + 1, 0)),
+                slice(max(int(column - wide), 0), max(int(column + wide) + 1, 0)))  # fmt: skip
+        across = np.exp(-(((self.x[0, part[1]] - x) / reach[0]) ** 2))
+        down = np.exp(-(((self.y[part[0], 0] - y) / reach[1]) ** 2))
+        coverage = down[:, None] * across
+        lay(self.picture[part], coverage if within is None else coverage * within[part], colour, alpha)
 
     def around(self, outline: np.ndarray, margin: float) -> "_Sheet":
         """Return the part of the sheet within ``margin`` units of an outline; painting it paints this sheet."""
@@ -59,7 +67,7 @@ class _Sheet:
         left, top = np.maximum(np.floor(seen.min(axis=0) - margin * self.unit), 0).astype(int)
         right, bottom = np.ceil(seen.max(axis=0) + margin * self.unit).astype(int) + 1
         part = (slice(top, bottom), slice(left, right))
-        origin = (self.origin[0] + left / self.unit, self.origin[1] + top / self.unit)
+        origin = self.origin + np.array([left, top]) / self.unit
         return replace(self, picture=self.picture[part], x=self.x[part], y=self.y[part], origin=origin)
 
 
@@ -69,7 +77,8 @@ def paint_mouth(picture: np.ndarray, articulators: Articulators) -> None:
     left, top, right, bottom = (round(edge * unit) for edge in PATCH)
     patch = picture[top:bottom, left:right].astype(np.float32)
     x, y = np.meshgrid((np.arange(left, right) + 0.5) / unit, (np.arange(top, bottom) + 0.5) / unit)
-    sheet = _Sheet(patch, x.astype(np.float32), y.astype(np.float32), articulators, (left / unit, top / unit), unit)
+    origin, turn = np.array([left, top]) / unit, head_turn(articulators)
+    sheet = _Sheet(patch, x.astype(np.float32), y.astype(np.float32), articulators, turn, origin, unit)
     edges = mouth_outlines(articulators)
     _skin(sheet, edges)
     lips = sheet.around(_ring(edges["upper_outer"], edges["lower_outer"]), margin=2.5)
@@ -94,13 +103,15 @@ def _skin(sheet: _Sheet, edges: dict[str, np.ndarray]) -> None:
     a, low = sheet.articulators, edges["lower_outer"]
     middle = low[len(low) // 2]
     shadow = _ring(_lower(low[8:-8], -3), _lower(low[8:-8], 4.5 - 1.5 * a.spread + 1.5 * a.protrusion))
-    lay(sheet.picture, sheet.area(shadow, blur=2.6), SKIN_DEEP, 0.42)
-    lay(sheet.picture, sheet.spot((CENTRE - 3, middle[1] + 13), (15, 5)), SKIN_LIGHT, 0.35)
+    under = sheet.around(shadow, margin=6)
+    lay(under.picture, under.area(shadow, blur=2.6), SKIN_DEEP, 0.42)
+    sheet.dab((CENTRE - 3, middle[1] + 13), (15, 5), SKIN_LIGHT, 0.35)
     for side, corner in ((-1, low[0]), (1, low[-1])):
-        lay(sheet.picture, sheet.spot((corner[0] + 1.5 * side, corner[1] + 0.6), (3.2, 2.6)), SKIN_DEEP, 0.5)
+        sheet.dab((corner[0] + 1.5 * side, corner[1] + 0.6), (3.2, 2.6), SKIN_DEEP, 0.5)
         reach = corner[0] + side * (7.5 + 2.0 * a.spread)
         fold = np.array([(CENTRE + side * 21, 187), (reach - side * 2.0, corner[1] - 12), (reach, corner[1] - 2)])
-        lay(sheet.picture, sheet.line(fold, 2.2, blur=1.8), SKIN_SHADE, min(max(0.16 + 0.62 * a.spread, 0), 1))
+        beside = sheet.around(fold, margin=5)
+        lay(beside.picture, beside.line(fold, 2.2, blur=1.8), SKIN_SHADE, min(max(0.16 + 0.62 * a.spread, 0), 1))
 
 
 def _lips(sheet: _Sheet, edges: dict[str, np.ndarray]) -> None:
@@ -115,12 +126,11 @@ def _lips(sheet: _Sheet, edges: dict[str, np.ndarray]) -> None:
     lay(sheet.picture, sheet.area(_ring(seam, lower), blur=0.4), gradient(along, _LOWER_LIP))
     full = lower[middle, 1] - inner_low[middle, 1]
     wide = lower[-1, 0] - CENTRE
-    gloss = sheet.spot((CENTRE - 2.5, inner_low[middle, 1] + 0.45 * full), (0.40 * wide, 0.21 * full))
-    lay(sheet.picture, gloss, _GLOSS, 0.50 + 0.18 * a.protrusion - 0.2 * a.tuck)
+    shine = (CENTRE - 2.5, inner_low[middle, 1] + 0.45 * full)
+    sheet.dab(shine, (0.40 * wide, 0.21 * full), _GLOSS, 0.50 + 0.18 * a.protrusion - 0.2 * a.tuck)
     rim = sheet.line(_lower(upper[8:-8], -0.7), 0.9, blur=0.6)
     lay(sheet.picture, rim, SKIN_LIGHT, 0.45)
-    bow = sheet.spot((CENTRE - 5, upper[middle - 6, 1] + 3.0), (6, 1.8))
-    lay(sheet.picture, bow, _GLOSS, 0.20 + 0.15 * a.protrusion)
+    sheet.dab((CENTRE - 5, upper[middle - 6, 1] + 3.0), (6, 1.8), _GLOSS, 0.20 + 0.15 * a.protrusion)
 
 
 def _inside(sheet: _Sheet, edges: dict[str, np.ndarray]) -> None:
@@ -157,7 +167,7 @@ def _upper_teeth(sheet: _Sheet, hole: np.ndarray) -> None:
 
 
 def _lower_teeth(sheet: _Sheet, hole: np.ndarray) -> None:
-    edge = LIP_LINE + 4.6 + 0.82 * JAW_DROP * sheet.articulators.jaw
+    edge = LIP_LINE + 3.9 + 0.84 * JAW_DROP * sheet.articulators.jaw
     _row(sheet, hole, _arch(18, edge, 2.4, edge + 16, _LOWER_GAPS), _LOWER_GAPS, 0.86)
 
 
@@ -167,10 +177,8 @@ def _row(sheet: _Sheet, hole: np.ndarray, outline: np.ndarray, gaps: np.ndarray,
     colours = gradient(across, [(0, _TEETH), (1, _TEETH_SHADE)]) * light
     lay(sheet.picture, coverage, colours, 0.97)
     top, low = outline[:, 1].min(), outline[:, 1].max()
-    lines = np.zeros_like(coverage)
-    for gap in gaps:
-        lines = np.maximum(lines, sheet.line(np.array([(CENTRE + gap, top), (CENTRE + gap, low)]), 0.7, blur=0.35))
-    lay(sheet.picture, lines * coverage, (150, 120, 112), 0.38)
+    between = np.array([[(CENTRE + gap, top), (CENTRE + gap, low)] for gap in gaps])
+    lay(sheet.picture, sheet.line(between, 0.7, blur=0.35) * coverage, (150, 120, 112), 0.38)
 
 
 def _tongue(sheet: _Sheet, hole: np.ndarray) -> None:
@@ -189,8 +197,8 @@ def _tongue(sheet: _Sheet, hole: np.ndarray) -> None:
     above, below = gradient(along, _TONGUE), gradient(along, _TONGUE_UNDER)
     colours = above + np.float32(under) * (below - above)
     lay(sheet.picture, coverage, colours)
-    lay(sheet.picture, coverage * sheet.spot((CENTRE, top + 7), (1.6, 7)), (150, 58, 68), 0.45 * (1 - 0.6 * front))
-    lay(sheet.picture, coverage * sheet.spot((CENTRE - 4, top + 3), (6, 1.8)), _GLOSS, 0.25 + 0.3 * front)
+    sheet.dab((CENTRE, top + 7), (1.6, 7), (150, 58, 68), 0.45 * (1 - 0.6 * front), coverage)
+    sheet.dab((CENTRE - 4, top + 3), (6, 1.8), _GLOSS, 0.25 + 0.35 * front, coverage)
 
 
 def _contact(sheet: _Sheet, edges: dict[str, np.ndarray]) -> None:

@@ -11,7 +11,7 @@ Stops = Sequence[tuple[float, tuple[float, float, float]]]
 _SHIFT = 4  # binary digits of sub-pixel position that OpenCV is given
 
 
-def smooth(points: np.ndarray | list[tuple[float, float]], closed: bool = True, steps: int = 12) -> np.ndarray:
+def smooth(points: np.ndarray | Sequence[tuple[float, float]], closed: bool = True, steps: int = 12) -> np.ndarray:
     """Return a smooth curve (n, 2) through ``points``, by a cubic spline over the chord length."""
     knots = np.asarray(points, dtype=float)
     if closed:
@@ -29,9 +29,10 @@ def mask(shape: tuple[int, int], outline: np.ndarray, *, fine: int = 1, blur: fl
 
 
 def stroke(shape: tuple[int, int], line: np.ndarray, width: float, *, fine: int = 1, blur: float = 0.0) -> np.ndarray:
-    """Return coverage (H, W_) float32 of a pen of ``width`` pixels drawn along ``line`` (n, 2)."""
+    """Return coverage (H, W_) float32 of a pen of ``width`` pixels along ``line`` (n, 2), or several (m, n, 2)."""
     large = np.zeros((shape[0] * fine, shape[1] * fine), np.uint8)
-    cv2.polylines(large, [_fixed(line * fine)], False, 255, max(1, round(width * fine)), cv2.LINE_AA, _SHIFT)
+    lines = _fixed(line * fine).reshape(-1, *line.shape[-2:])
+    cv2.polylines(large, list(lines), False, 255, max(1, round(width * fine)), cv2.LINE_AA, _SHIFT)
     return _finished(large, shape, fine, blur)
 
 
@@ -47,8 +48,9 @@ def _finished(large: np.ndarray, shape: tuple[int, int], fine: int, blur: float)
 
 def lay(picture: np.ndarray, coverage: np.ndarray, colour: Colour, alpha: float = 1.0) -> None:
     """Lay a colour, or a picture of colours, over ``picture`` (H, W_, 3) float32 in place where ``coverage`` says."""
-    share = (coverage * np.float32(alpha))[..., None]
-    picture += share * (np.asarray(colour, dtype=np.float32) - picture)
+    change = np.asarray(colour, dtype=np.float32) - picture
+    change *= (coverage * np.float32(alpha))[..., None]
+    picture += change
 
 
 def gradient(along: np.ndarray, stops: Stops) -> np.ndarray:

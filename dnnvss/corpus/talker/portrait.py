@@ -107,7 +107,7 @@ def _hair_behind(easel: Easel) -> None:
 
 
 def _body(easel: Easel) -> None:
-    neck = mirrored(on_sheet([(-44, 322), (-38, 296), (-35, 276), (-36, 230), (0, 226)]))
+    neck = mirrored(on_sheet([(-66, 324), (-54, 298), (-41, 282), (-35.5, 262), (-36, 230), (0, 226)]))
     neck_area = easel.fill(neck, SKIN)
     across = np.abs(easel.x - CENTRE - 4)
     lay(easel.picture, neck_area * np.clip((across - 8) / 34, 0, 1), SKIN_SHADE, 0.8)
@@ -125,9 +125,9 @@ def _body(easel: Easel) -> None:
 
 
 def _ears(easel: Easel) -> None:
-    for side, outline in enumerate(_both([(-72, 132), (-80, 130), (-85, 140), (-83, 156), (-78, 168), (-72, 168)])):
+    for side, outline in enumerate(_both([(-72, 116), (-82, 116), (-86, 132), (-84, 154), (-79, 168), (-72, 168)])):
         ear = easel.fill(outline, SKIN if side == 0 else SKIN_SHADE)
-        inner = _both([(-74, 138), (-79, 138), (-80, 148), (-76, 160)])[side]
+        inner = _both([(-75, 132), (-80, 134), (-81, 146), (-77, 160)])[side]
         easel.line(inner, SKIN_DEEP, 2.2, blur=1.0, alpha=0.55, within=ear)
         easel.glow((CENTRE + (-79.5, 79.5)[side], 171), (2.4, 2.4), (240, 206, 120), 1.0)
         easel.glow((CENTRE + (-80.3, 78.7)[side], 170), (0.9, 0.9), (255, 246, 214), 1.0)
@@ -154,7 +154,7 @@ def _head(easel: Easel) -> None:
     easel.glow((160, 233), (20, 4.5), SKIN_SHADE, 0.45, head)  # fold under the lower lip
     easel.glow((160, 71), (70, 14), SKIN_DEEP, 0.45, head)  # shadow of the fringe
     for outline in _both([(-19, 186), (-29, 196), (-35, 208)]):
-        easel.line(outline, SKIN_SHADE, 2.4, blur=2.2, alpha=0.5, within=head)
+        easel.line(outline, SKIN_SHADE, 2.4, blur=2.4, alpha=0.25, within=head)
 
 
 def _nose(easel: Easel) -> None:
@@ -168,9 +168,9 @@ def _nose(easel: Easel) -> None:
     for outline in _both([(-10.5, 184.8), (-7, 182.6), (-2.8, 185.2), (-6.5, 187.0)]):
         easel.fill(outline, (112, 58, 48), blur=0.5, alpha=0.9)
     easel.line([(150, 187), (155, 187.6), (160, 189.4), (165, 187.6), (170, 187)], SKIN_DEEP, 1.2, blur=0.7, alpha=0.5)
-    easel.line([(157, 191), (156.4, 196), (156, 200)], SKIN_SHADE, 1.8, blur=1.2, alpha=0.5)  # philtrum
-    easel.line([(163.6, 191), (164, 196), (164.4, 200)], SKIN_SHADE, 1.8, blur=1.2, alpha=0.6)
-    easel.line([(160, 192), (160, 199)], SKIN_LIGHT, 1.8, blur=1.2, alpha=0.45)
+    easel.line([(157, 191), (156.4, 196), (156, 200)], SKIN_SHADE, 1.8, blur=1.3, alpha=0.35)  # philtrum
+    easel.line([(163.6, 191), (164, 196), (164.4, 200)], SKIN_SHADE, 1.8, blur=1.3, alpha=0.42)
+    easel.line([(160, 192), (160, 199)], SKIN_LIGHT, 1.8, blur=1.3, alpha=0.3)
 
 
 def _eyes(easel: Easel, shut: float) -> None:
@@ -187,33 +187,39 @@ def _eyes(easel: Easel, shut: float) -> None:
         easel.fill(place(brow), _HAIR_DARK, blur=0.6, alpha=0.92)
 
 
+_IRIS_AT = 139.6
+
+
+def _circle(at: float, radius: float) -> np.ndarray:
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    return np.stack([at + radius * np.cos(angle), _IRIS_AT + radius * np.sin(angle)], axis=1)
+
+
 def _eye(easel: Easel, place: Callable[[Points], np.ndarray], at: float, shut: float) -> None:
-    upper = np.array([(-17.5, 141), (-10.5, 133.4), (0, 130.2), (10, 133), (16.5, 142)])
-    lower = np.array([(16.5, 142), (9, 147.2), (-1, 148.6), (-11, 146.2), (-17.5, 141)])
+    upper = np.array([(-17.5, 140.5), (-11, 134.6), (-1, 131.7), (9.5, 134.4), (16.5, 142)])
+    lower = np.array([(16.5, 142), (9, 147.2), (-1, 148.6), (-11, 146.2), (-17.5, 140.5)])
     lid = upper + (lower[::-1] - upper) * 0.92 * shut
     socket = place([(-21, 138), (-10, 127), (2, 124), (14, 128), (20, 140), (10, 152), (-10, 152)])
     easel.fill(socket, SKIN_SHADE, blur=3.5, alpha=0.45)
     opening = easel.area(place(np.concatenate([smooth(lid, False), smooth(lower, False)[1:-1]])))
     lay(easel.picture, opening, gradient(easel.y, [(130, (214, 206, 204)), (140, (250, 246, 242))]))
-    iris = easel.area([(at + 8.3 * np.cos(k), 139.2 + 8.3 * np.sin(k)) for k in np.arange(0, 6.2, 0.4)])
+    iris = easel.area(_circle(at, 8.2))
     lay(easel.picture, iris * opening, gradient(easel.y, [(131, _IRIS_DARK), (139, _IRIS), (147, (150, 166, 112))]))
-    ring = [(at + 8.0 * np.cos(k), 139.2 + 8.0 * np.sin(k)) for k in np.linspace(0, 6.4, 24)]
-    easel.line(ring, _IRIS_DARK, 1.3, blur=0.4, alpha=0.8, within=opening)
-    easel.glow((at, 139.2), (3.9, 3.9), (20, 14, 14), 1.0, opening * (np.hypot(easel.x - at, easel.y - 139.2) < 4.3))
+    easel.line(_circle(at, 7.9), _IRIS_DARK, 1.3, blur=0.4, alpha=0.8, within=opening)
+    easel.fill(_circle(at, 3.7), (22, 16, 16), blur=0.35, within=opening)
     easel.fill(place([(-18, 141), (0, 128), (17, 141), (8, 136), (-8, 136)]), (70, 40, 40), blur=1.6,
                alpha=0.35 * (1 - shut), within=opening)  # fmt: skip
     easel.glow((at - 2.8, 135.8), (1.7, 1.7), (255, 255, 255), 1.0, opening)
     easel.glow((at + 3.0, 142.6), (1.1, 1.1), (255, 255, 255), 0.6, opening)
     easel.line(place(lower), SKIN_DEEP, 1.1, blur=0.5, alpha=0.6)
-    lash = np.concatenate([[lid[0] + (-2.2, -1.6)], lid])
-    easel.line(place(lash), _LASH, 2.2, blur=0.35)
+    easel.line(place(np.concatenate([[lid[0] + (-1.6, 1.2)], lid])), _LASH, 2.2, blur=0.35)
     crease = upper + (lid - upper) * 0.25 - [(0, 2.5), (1, 4.6), (0, 5.4), (0, 4.8), (1, 2.5)]
     easel.line(place(crease), SKIN_DEEP, 1.2, blur=0.7, alpha=0.6)
 
 
 _FRINGE = [(-93, 150), (-92, 104), (-78, 62), (-46, 28), (-4, 14), (40, 22), (74, 50), (91, 96), (93, 150), (86, 168),
-           (80, 140), (76, 114), (62, 92), (40, 76), (18, 62), (4, 50), (-10, 66), (-34, 84), (-60, 98), (-74, 118),
-           (-80, 144), (-86, 168)]  # fmt: skip
+           (80, 140), (76, 114), (62, 92), (40, 76), (20, 63), (4, 50), (-14, 67), (-38, 82), (-60, 98), (-73, 119),
+           (-79, 144), (-86, 168)]  # fmt: skip
 
 _SHINE: list[tuple[Points, float]] = [
     ([(4, 30), (-30, 46), (-62, 76), (-82, 120)], 0.75),
