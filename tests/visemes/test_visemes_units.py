@@ -11,6 +11,7 @@ from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, perform_take, script
 from dnnvss.corpus.talker.geometry import landmark_track
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import FeatureTable, Settings, encode, expand
+from dnnvss.pipeline.visemes import main, report
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.trajectory import resample
 from dnnvss.visemes import (
@@ -158,6 +159,20 @@ def test_held_out_likelihood_peaks_at_the_number_of_classes() -> None:
     assert choices[0].distortion > 3 * choices[1].distortion
     with pytest.raises(DnnvssError, match="2 clips cannot be held out in 3 folds"):
         compare_units(clips[:2], CLOCK, VisemeSettings(), [5])
+
+
+def test_measurements_are_a_table(talker: Talker, capsys: pytest.CaptureFixture[str]) -> None:
+    alignments, clips = talker
+    pairs = list(zip(alignments, clips, strict=True))
+    text = report(pairs[:24], pairs[24:36], CLOCK, VisemeSettings(least=3, starts=1), [20, 40], np.eye(8))
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("|")]
+    looks = ("points", "coefficients", "first coefficient")
+    cuts = [f"{rule} of {look}" for rule in ("speed", "acceleration") for look in looks]
+    assert [r[0] for r in rows] == ["cut by", "---", *cuts, "units", "---", "20", "40"]
+    assert float(rows[2][5]) > 0.9
+    assert float(rows[2][5]) > float(rows[5][5])
+    assert main(["/nowhere"]) == 1
+    assert "corpus.json: no such file" in capsys.readouterr().err
 
 
 def test_configuration() -> None:
