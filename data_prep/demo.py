@@ -31,7 +31,7 @@ def prepare_demo(
 
     Args:
         out: folder of the prepared corpus.
-        sentences: how many, 3 to 1000; 160 are 7.5 minutes.
+        sentences: how many, 3 to 1000; 160 are 8 minutes.
         seed: of sentences, times, movement and camera; the same seed gives the same landmarks and frames.
         jobs: processes; -1 for all cores.
         size: width and height of the video in pixels, even, 64 to 640.
