@@ -19,14 +19,18 @@ _RESPELT = (
     (r"ogue(?=$|s$)", "og"),
     (r"mme(?=$|s$)", "m"),
     (r"ence(?=$|s$|less$)", "ense"),
-    (r"[ao]e", "e"),
-    (r"(?<=lfi|fil|kil)l?(?=l?$)", "l"),
+    (r"^oe(?=[sd])|(?<=[hnpidr])ae(?=[mdso])|(?<=[fhn])oe(?=[tmua]|$)", "e"),
+    (r"lful$", "llful"),
+    (r"llery$", "lry"),
+    (r"^pyj", "paj"),
     (r"sceptic", "skeptic"),
     (r"plough", "plow"),
     (r"grey", "gray"),
     (r"tyre", "tire"),
     (r"mould", "mold"),
 )
+
+_LONG = 12  # letters from which two words in a row are hardly chance
 
 _LIGATURES = str.maketrans({"æ": "ae", "œ": "oe", "ø": "o", "ß": "ss", "ł": "l", "đ": "d", "ð": "th", "þ": "th"})
 
@@ -49,23 +53,26 @@ def plain(word: str) -> str:
     return "".join(c for c in taken_apart if "a" <= c <= "z" or c == "'")
 
 
-def derived(key: str, lookup: Lookup) -> list[tuple[Phones, str]]:
+def derived(key: str, lookup: Lookup, plausible: Callable[[str, Phones], bool]) -> list[tuple[Phones, str]]:
     """Return pronunciations of a word that is not in the lexicon, made from ones that are, each with its derivation.
 
     Args:
         key: the word as :func:`plain` gives it.
         lookup: lexicon word to pronunciations, none where it is absent.
+        plausible: whether a word may have these phones; asked of compounds, many of which are chance (*Hartman* is no
+            *hart* and *man*).
     """
-    for rule in (_possessive, _respelt, _inflected, _affixed, _compound):
+    for rule in (_possessive, _inflected, _respelt, _affixed, _compound):
         for phones, base in rule(key, lookup):
-            return [(phones, f"lexicon ({base})")]
+            if rule is not _compound or len(key) >= _LONG or plausible(key, phones):
+                return [(phones, f"lexicon ({base})")]
     return []
 
 
 def _possessive(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
     if key.endswith("'s") or key.endswith("s'"):
         base = key[:-2] if key.endswith("'s") else key[:-1]
-        known = lookup(base) or [p for p, _ in derived(base, lookup)]
+        known = lookup(base) or [p for p, _ in _inflected(base, lookup)]
         for phones in known:
             yield (phones if key.endswith("s'") else (*phones, *_s(phones))), f"{base} + {key[len(base):]}"
     elif "'" in key and (known := lookup(key.replace("'", ""))):
@@ -73,8 +80,11 @@ def _possessive(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
 
 
 def _respelt(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    each = [re.sub(pattern, replacement, key) for pattern, replacement in _RESPELT]
+    together = key
     for pattern, replacement in _RESPELT:
-        american = re.sub(pattern, replacement, key)
+        together = re.sub(pattern, replacement, together)
+    for american in dict.fromkeys([*each, together]):
         if american == key:
             continue
         if known := lookup(american):
@@ -120,16 +130,15 @@ def _inflected(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
     endings: tuple[tuple[str, Callable[[Phones], Phones]], ...] = (
         ("ing", lambda _: ("IH", "NG")), ("ed", _ed), ("ers", lambda _: ("ER", "Z")), ("er", lambda _: ("ER",)),
     )
+    if key.endswith("s") and len(key) > 3:
+        for stem in (key[:-1], key[:-2] if key.endswith("es") else "", key[:-3] + "y" if key.endswith("ies") else ""):
+            for phones in lookup(stem)[:1] if stem else []:
+                yield phones + _s(phones), f"{stem} + s"
     for ending, sound in endings:
         if key.endswith(ending) and len(key) > len(ending) + 2:
             for stem in _stems(key[: -len(ending)]):
                 for phones in lookup(stem)[:1]:
                     yield phones + sound(phones), f"{stem} + {ending}"
-    if key.endswith("s") and len(key) > 3:
-        for stem in (key[:-1], key[:-2] if key.endswith("es") else "", key[:-3] + "y" if key.endswith("ies") else ""):
-            for phones in lookup(stem)[:1] if stem else []:
-                yield phones + _s(phones), f"{stem} + s"
-
 
 def _affixed(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
     for suffix, sound in _SUFFIXES:

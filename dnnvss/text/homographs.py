@@ -10,11 +10,13 @@ from typing import Any
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import VOWELS
 from dnnvss.text.derive import past, plural
+from dnnvss.text.tokens import word_set
 
 Phones = tuple[str, ...]
 Rules = tuple[tuple[str, Phones], ...]
 
 _WINDOW = 6
+_NEGATED = word_set("cannot can't couldn't won't wouldn't shouldn't don't doesn't didn't mustn't")
 _CLASSES = {"N": ("N",), "J": ("AJ", "AV")}
 
 
@@ -66,8 +68,13 @@ def _stems(word: str) -> list[tuple[str, str]]:
     for ending in ("s", "ed", "ing"):
         if word.endswith(ending) and len(word) > len(ending) + 2:
             stem = word[: -len(ending)]
-            found += [(stem, ending), (stem + "e", ending)] if ending != "s" else [
-                (stem, "s"), (word[:-2], "s"), (word[:-3] + "y", "s")]
+            found.append((stem, ending))
+            if ending != "s":
+                found.append((stem + "e", ending))
+            elif word.endswith("ies"):
+                found.append((word[:-3] + "y", ending))
+            elif word.endswith(("ses", "xes", "ches", "shes")):
+                found.append((word[:-2], ending))
             if stem[-1] == stem[-2]:
                 found.append((stem[:-1], ending))
     return found
@@ -132,8 +139,13 @@ def _holds(condition: str, words: Sequence[str], index: int, tag: Sequence[str],
     if kind == "nextN":
         return index + 1 < len(words) and tag[index + 1].startswith(("NN", "NP", "AJ"))
     if kind == "V":
-        return tag[index].startswith("VV") and not _nominal(words, index, tag)
+        return (tag[index].startswith("VV") and not _nominal(words, index, tag)) or _verbal(words, index, tag)
     return tag[index].startswith(_CLASSES.get(kind, (kind,)))
+
+
+def _verbal(words: Sequence[str], index: int, tag: Sequence[str]) -> bool:
+    """Return whether a word stands right after a modal or the *to* of an infinitive, where a verb does."""
+    return index > 0 and (tag[index - 1] in ("VM0", "TO0") or words[index - 1] in _NEGATED)
 
 
 def _nominal(words: Sequence[str], index: int, tag: Sequence[str]) -> bool:

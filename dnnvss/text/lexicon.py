@@ -31,6 +31,10 @@ LETTERS: dict[str, Phones] = {
 """The names of the letters (American; in ``en_gb`` z is ``Z EH D``)."""
 
 
+_MARGIN = 0.2
+"""Log-probability a symbol that a compound may lose to the network's own spelling (best on 900 lexicon words)."""
+
+
 class Entry(NamedTuple):
     """A pronunciation without stress digits, where it came from, and what is doubtful about it (empty if nothing)."""
 
@@ -145,10 +149,17 @@ def _entries(key: str, variant: str) -> tuple[Entry, ...]:
         listed = [*(Entry(p, source) for p, source in british(key, [e.phones for e in listed], looked_up)), *listed]
     if listed:
         return tuple(listed)
-    derived = derive.derived(key, lambda base: [e.phones for e in _entries(base, variant)] if _known(base) else [])
+    derived = derive.derived(key, lambda base: [e.phones for e in _entries(base, variant)] if _known(base) else [],
+                             _plausible)
     if derived:
         return tuple(Entry(phones, source) for phones, source in derived)
     return (_guessed(key, variant),)
+
+
+def _plausible(key: str, phones: Phones) -> bool:
+    """Return whether the network, asked to spell these phones, finds them about as likely as its own."""
+    letters = "".join(c for c in key if "a" <= c <= "z")
+    return network.likelihood(letters, phones) > network.spell(letters)[1] - _MARGIN
 
 
 def _known(key: str) -> bool:

@@ -92,6 +92,23 @@ def spell(word: str, beam: int = 4) -> tuple[tuple[str, ...], float]:
 
 
 @lru_cache(maxsize=4096)
+def likelihood(word: str, phones: tuple[str, ...]) -> float:
+    """Return the mean log-probability a symbol with which the network spells given phones, to compare with `spell`'s.
+
+    Args:
+        word: the letters.
+        phones: phones without stress digits; each vowel has its likeliest.
+    """
+    h, previous, total = _encoded(word), _START, 0.0
+    for phone in phones:
+        h, log_p = _decoded(h, previous)
+        codes = [_CODES[phone + d] for d in ("0", "1", "2")] if phone in VOWELS else [_CODES[phone]]
+        previous = max(codes, key=lambda code: log_p[code])
+        total += float(log_p[previous])
+    return (total + float(_decoded(h, previous)[1][_STOP])) / (len(phones) + 1)
+
+
+@lru_cache(maxsize=4096)
 def stress(word: str, phones: tuple[str, ...]) -> tuple[str, ...]:
     """Return ``phones`` with a stress digit on each vowel, exactly one of them primary (none in a word without vowel).
 

@@ -227,7 +227,7 @@ def _single(letter: str, place: Place) -> str:
         return "a"
     if letter == "A":
         follows = re.match(r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)]", place.after)
-        return "A" if follows or place.before.lower() in _LETTERED else "a"
+        return "A" if follows or place.before.lower() in _LETTERED or place.before.lower() == "an" else "a"
     return derive.plain(letter).upper()
 
 
