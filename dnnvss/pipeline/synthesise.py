@@ -146,11 +146,11 @@ def generate(run: Run, utterance: Utterance) -> np.ndarray:
 def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajectory: np.ndarray, plan: Plan,
                   notes: dict[str, Any]) -> list[Path]:
     """Write video, trajectory, alignment, plot and report; return their paths, the video first."""
+    from tqdm import tqdm
+
     from dnnvss.aam import ActiveAppearanceModel
     from dnnvss.render import Neutral, Renderer, write_video
     from dnnvss.render.plots import plot_trajectories
-
-    from tqdm import tqdm
 
     model = ActiveAppearanceModel.load(run.folder / "aam.npz")
     renderer = Renderer(model, Neutral.load(run.folder / "face.npz"), scale)

@@ -6,13 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import lightning as L
-import torch
 from lightning.pytorch.callbacks import Callback, EarlyStopping, EMAWeightAveraging, ModelCheckpoint, TQDMProgressBar
 from lightning.pytorch.loggers import TensorBoardLogger
 from torch import nn
 from torch.utils.data import DataLoader
 
-from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, Prediction
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.module import FrameRegression
@@ -65,9 +63,9 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     module = FrameRegression(network, settings, streams, dimensions)
     checkpoints = folder / "checkpoints"
     last = checkpoints / "last.ckpt"
-    best = ModelCheckpoint(checkpoints, "best", monitor="val/static", save_last=True, enable_version_counter=False,
+    keep = ModelCheckpoint(checkpoints, "best", monitor="val/static", save_last=True, enable_version_counter=False,
                            save_on_train_epoch_end=True)
-    callbacks: list[Callback] = [best, EarlyStopping("val/static", patience=settings.patience)]
+    callbacks: list[Callback] = [keep, EarlyStopping("val/static", patience=settings.patience)]
     if settings.average:
         callbacks.append(EMAWeightAveraging(decay=settings.average))
     if settings.progress:
@@ -89,8 +87,4 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
             warnings.filterwarnings("ignore", message=message)
         trainer.fit(module, DataLoader(train, batch_size=None), DataLoader(val, batch_size=None),
                     ckpt_path=str(last) if last.exists() else None, weights_only=True)
-    if not Path(best.best_model_path).is_file():
-        raise DnnvssError("the fit ended without a checkpoint", file=checkpoints,
-                          remedy="Delete the run folder and run the same command again")
-    weights = torch.load(best.best_model_path, map_location="cpu", weights_only=True)["state_dict"]
-    module.load_state_dict(weights)
+    module.load_state_dict(load_checkpoint(checkpoints / "best.ckpt")["state_dict"])
