@@ -148,16 +148,16 @@ def _word(token: Token, word: str, variant: str, overrides: Overrides, choice: h
         return Word(token.written, spoken, phones, source, doubt or token.doubt, token.brk, token.emphasis, token.pause)
 
     if token.phones is not None:
-        return made(_stressed(spoken, token.phones), "inline")
+        return made(with_stress(spoken, token.phones), "inline")
     if spoken in overrides:
-        return made(_stressed(spoken, lexicon.check_phones(overrides[spoken], spoken)), "override")
+        return made(with_stress(spoken, lexicon.check_phones(overrides[spoken], spoken)), "override")
     if len(word) == 1 and word.isupper():
-        return made(_stressed(spoken, lexicon.letter_name(spoken, variant)), "letter")
+        return made(with_stress(spoken, lexicon.letter_name(spoken, variant)), "letter")
     if choice is not None:
         phones = _british(spoken, choice.phones) if variant == "en_gb" else choice.phones
         return made(phones, f"homograph ({choice.rule})", choice.doubt)
     entry = lexicon.entries(word, variant)[0]
-    return made(_stressed(spoken, entry.phones), entry.source, entry.doubt)
+    return made(with_stress(spoken, entry.phones), entry.source, entry.doubt)
 
 
 def _british(word: str, phones: Phones) -> Phones:
@@ -168,8 +168,13 @@ def _british(word: str, phones: Phones) -> Phones:
     return tuple(p + next(digits) if p in VOWELS else p for p in changed)
 
 
-def _stressed(word: str, phones: Phones) -> Phones:
-    """Return phones with stress digits; digits that are there are kept, weak words have none but 0."""
+def with_stress(word: str, phones: Phones) -> Phones:
+    """Return the phones of a word with stress digits; digits that are there are kept, weak words get 0.
+
+    Args:
+        word: in lower case.
+        phones: with or without digits.
+    """
     if any(p[-1].isdigit() for p in phones):
         return tuple(p if p not in VOWELS else p + "0" for p in phones)
     if word in _WEAK and sum(p in VOWELS for p in phones) == 1:

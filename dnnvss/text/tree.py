@@ -6,7 +6,7 @@ from difflib import SequenceMatcher
 import numpy as np
 
 from dnnvss.phones import SILENCE, SILENCES, VOWELS, phone_id
-from dnnvss.text.sentence import spoken_words
+from dnnvss.text.sentence import spoken_words, with_stress
 from dnnvss.text.syllables import syllable_starts
 from dnnvss.timing import Alignment
 
@@ -26,6 +26,8 @@ class LinguisticTree:
         syllable_in_phrase, syllables_in_phrase: the same for the phrase.
         word_in_phrase, words_in_phrase: position of the word in its phrase, and the phrase's words.
         vowel: True for the nucleus of a syllable.
+        stress: stress of the phone's syllable, 1 primary, 2 secondary, 0 none, -1 in silence. Tiers carry no stress: it
+            is what the letters and the phones of the word make likely, weak words having none.
         phones, syllables, words, phrases: numbers of spoken phones, syllables, words and phrases of the utterance.
     """
 
@@ -43,6 +45,7 @@ class LinguisticTree:
     word_in_phrase: np.ndarray
     words_in_phrase: np.ndarray
     vowel: np.ndarray
+    stress: np.ndarray
     phones: int
     syllables: int
     words: int
@@ -72,7 +75,8 @@ def linguistic_tree(alignment: Alignment, text: str) -> LinguisticTree:
     word = _renumbered(owner)
     syllable = _syllables(labels, word)
     phrase = _phrases(alignment, text, owner, word)
-    return _counted(syllable, word, phrase, np.array([label in VOWELS for label in labels]))
+    stress = _stress(alignment, owner, word, syllable)
+    return _counted(syllable, word, phrase, np.array([label in VOWELS for label in labels]), stress)
 
 
 def _owners(alignment: Alignment, spoken: np.ndarray) -> np.ndarray:
@@ -104,6 +108,19 @@ def _syllables(labels: tuple[str, ...], word: np.ndarray) -> np.ndarray:
         syllable[members] = count + np.cumsum(starts) - 1
         count = int(syllable[members[-1]]) + 1
     return syllable
+
+
+def _stress(alignment: Alignment, owner: np.ndarray, word: np.ndarray, syllable: np.ndarray) -> np.ndarray:
+    """Return the stress (N,) of each phone's syllable."""
+    labels = alignment["phones"].labels
+    stress = np.full(len(word), -1)
+    for w in range(word.max(initial=-1) + 1):
+        members = np.flatnonzero(word == w)
+        name = alignment["words"].labels[owner[members[0]]].strip().lower()
+        stressed = with_stress(name, tuple(labels[i] for i in members))
+        digits = {int(syllable[i]): int(p[-1]) for i, p in zip(members, stressed, strict=True) if p[-1].isdigit()}
+        stress[members] = [digits.get(int(syllable[i]), 0) for i in members]
+    return stress
 
 
 def _phrases(alignment: Alignment, text: str, owner: np.ndarray, word: np.ndarray) -> np.ndarray:
@@ -138,7 +155,8 @@ def _inside(unit: np.ndarray, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return position, count
 
 
-def _counted(syllable: np.ndarray, word: np.ndarray, phrase: np.ndarray, vowel: np.ndarray) -> LinguisticTree:
+def _counted(syllable: np.ndarray, word: np.ndarray, phrase: np.ndarray, vowel: np.ndarray,
+             stress: np.ndarray) -> LinguisticTree:
     spoken = word >= 0
     phone = np.where(spoken, np.cumsum(spoken) - 1, -1)
     phone_in_syllable, phones_in_syllable = _inside(phone, syllable)
@@ -149,6 +167,6 @@ def _counted(syllable: np.ndarray, word: np.ndarray, phrase: np.ndarray, vowel: 
     return LinguisticTree(
         syllable, word, phrase, phone_in_syllable, phones_in_syllable, phone_in_word, phones_in_word,
         syllable_in_word, syllables_in_word, syllable_in_phrase, syllables_in_phrase, word_in_phrase, words_in_phrase,
-        vowel, int(spoken.sum()), int(syllable.max(initial=-1)) + 1, int(word.max(initial=-1)) + 1,
+        vowel, stress, int(spoken.sum()), int(syllable.max(initial=-1)) + 1, int(word.max(initial=-1)) + 1,
         int(phrase.max(initial=-1)) + 1,
     )  # fmt: skip

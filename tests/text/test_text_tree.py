@@ -57,6 +57,7 @@ def test_hand_worked_utterance() -> None:
     assert tree.syllable_in_phrase.tolist() == [-1, 0, 0, 1, 1, 2, 2, -1, 0, 0, 0, 1, 2, 2, 2, -1]
     assert tree.word_in_phrase.tolist() == [-1, 0, 0, 0, 0, 1, 1, -1, 0, 0, 0, 1, 1, 1, 1, -1]
     assert tree.words_in_phrase.max() == 2
+    assert tree.stress.tolist() == [-1, 0, 0, 1, 1, 1, 1, -1, 1, 1, 1, 0, 1, 1, 1, -1]
     assert np.flatnonzero(tree.vowel).tolist() == [2, 4, 6, 9, 11, 13]
     assert (tree.phones, tree.syllables, tree.words, tree.phrases) == (13, 6, 4, 2)
 
