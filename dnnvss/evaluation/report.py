@@ -148,10 +148,10 @@ class Report:
     def markdown(self) -> str:
         """Return the tables in Markdown: averages over the first coefficients, then each of these over speech."""
         head = ["system", *[f"{TITLES[m]}, {r}" for r in REGIONS for m in METRICS]]
-        parts = [self._caption(), _markdown(head, self._rows()), self._coefficient_caption()]
+        parts = [self._caption(), markdown_table(head, self._rows()), self._coefficient_caption()]
         for metric in ("correlation", "rmse", "gv_ratio"):
             rows = [[s, *cells] for s, cells in self._by_coefficient(metric).items()]
-            parts.append(_markdown([TITLES[metric], *self.columns[: self.first]], rows))
+            parts.append(markdown_table([TITLES[metric], *self.columns[: self.first]], rows))
         return "\n\n".join(parts)
 
     def table(self) -> str:
@@ -160,10 +160,10 @@ class Report:
         for r, region in enumerate(REGIONS):
             width = len(METRICS)
             rows = [[row[0], *row[1 + r * width : 1 + (r + 1) * width]] for row in self._rows()]
-            lines += [_aligned([f"over {region}", *TITLES.values()], rows), ""]
+            lines += [aligned([f"over {region}", *TITLES.values()], rows), ""]
         for metric in ("correlation", "gv_ratio"):
             rows = [[s, *cells] for s, cells in self._by_coefficient(metric).items()]
-            lines += [_aligned([f"{TITLES[metric]} over speech", *self.columns[: self.first]], rows), ""]
+            lines += [aligned([f"{TITLES[metric]} over speech", *self.columns[: self.first]], rows), ""]
         return "\n".join(lines).rstrip()
 
     def _caption(self) -> str:
@@ -181,27 +181,27 @@ class Report:
 
     def _by_coefficient(self, metric: str) -> dict[str, list[str]]:
         means = {s: mean_known(self.coefficients(s, metric)[:, : self.first], axis=0) for s in self.scores}
-        return {s: [_number(v) for v in values] for s, values in means.items()}
+        return {s: [number(v) for v in values] for s, values in means.items()}
 
 
 def _plain(value: float) -> float | None:
     return None if np.isnan(value) else round(float(value), 6)
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
     return _DASH if np.isnan(value) else f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
 
 
 def _mean_and_spread(mean: float, spread: float) -> str:
-    return _number(mean) if np.isnan(spread) else f"{_number(mean)} ({_number(spread)})"
+    return number(mean) if np.isnan(spread) else f"{number(mean)} ({number(spread)})"
 
 
-def _markdown(head: list[str], rows: list[list[str]]) -> str:
+def markdown_table(head: list[str], rows: list[list[str]]) -> str:
     lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
-def _aligned(head: list[str], rows: list[list[str]]) -> str:
+def aligned(head: list[str], rows: list[list[str]]) -> str:
     widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
     lines = []
     for row in [head, ["-" * w for w in widths], *rows]:

@@ -2,10 +2,10 @@
 
 Generation is a chain of functions on arrays, each of which may be left out::
 
-    mean, variance = rest_in_silence(mean, variance, phones, clock, rest, deviation)   # the face at rest in silence
+    mean, variance = rest_in_silence(mean, variance, phones, clock, rest, deviation)   # a face at rest in silence
     x = mlpg(mean, variance, windows)                                                # the most likely trajectory
     x = articulate(x, setting, natural)                                              # the articulation dial
-    x = constrain(x, variance, constraints, windows)                                 # closures, contacts, an artist's keys
+    x = constrain(x, variance, constraints, windows)                                 # closures, contacts, keys
 """
 
 from dnnvss.trajectory.constraints import Constraints, constrain, hold

@@ -13,7 +13,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock, Tier
 from dnnvss.trajectory.constraints import Constraints, hold
-from dnnvss.trajectory.rules import Linear, measure
+from dnnvss.trajectory.rules import Gauge, Linear, measure
 
 _REMEDY = "Write one key a line with the columns time, name, low, high (and end, softness, phone, index, position)"
 
@@ -119,13 +119,7 @@ def key_constraints(
 
 def coefficients(names: Sequence[str]) -> dict[str, Linear]:
     """Return a functional for each coefficient by its name."""
-    return {name: _Unit(np.eye(len(names))[i], 0.0) for i, name in enumerate(names)}
-
-
-@dataclass(frozen=True)
-class _Unit:
-    vector: np.ndarray
-    constant: float
+    return {name: Gauge(np.eye(len(names))[i], 0.0) for i, name in enumerate(names)}
 
 
 def _frame(time: float, clock: FrameClock, frames: int) -> int:

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from dnnvss.aam.model import ActiveAppearanceModel, lip_pairs
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock, Tier
 from dnnvss.trajectory.constraints import Constraints, hold
@@ -27,6 +28,25 @@ class Linear(Protocol):
     def constant(self) -> float:
         """The value at parameters of zero."""
         ...
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A linear functional that is given by its numbers."""
+
+    vector: np.ndarray
+    constant: float
+
+
+def lower_lip(model: ActiveAppearanceModel) -> Gauge:
+    """Return the y of the lower lip's inner edge in the reference frame, in pixels, larger is lower.
+
+    The frame stands still against the upper teeth, so this tells contact on f and v better than the aperture, which
+    the upper lip moves too.
+    """
+    pairs, middle = lip_pairs(model.mean_shape, model.layout.inner)
+    lower = int(pairs[middle, 1])
+    return Gauge(model.shape_modes[:, lower, 1], float(model.mean_shape[lower, 1]))
 
 
 def measure(functional: Linear, trajectory: np.ndarray) -> np.ndarray:
@@ -69,8 +89,7 @@ def closure(closed: float, **changes: object) -> PhoneRule:
 
 
 def teeth_contact(raised: float, **changes: object) -> PhoneRule:
-    """Return the rule that the opening between lower lip and upper teeth is at most ``raised`` in the middle of f and
-    v."""
+    """Return the rule that the lower lip (:func:`lower_lip`) is at ``raised`` or higher in the middle of f and v."""
     return PhoneRule("lip at teeth", LABIODENTALS, high=raised, **changes)  # type: ignore[arg-type]
 
 

@@ -1,0 +1,208 @@
+"""All systems on all metrics: values with intervals, paired tests, phone classes; as text, Markdown and JSON."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.anchors import anchors
+from dnnvss.evaluation.measures import MEASURES, Bench, Measure, Sentence, frame_errors
+from dnnvss.evaluation.report import aligned, markdown_table, number
+from dnnvss.evaluation.statistics import Difference, Estimate, difference, estimate, holm, pooled
+from dnnvss.phones.articulation import ARTICULATION
+
+CLASSES = ("vowel", "bilabial", "labiodental", "dental", "alveolar", "postalveolar", "velar", "other consonant",
+           "silence")
+
+Predictions = Mapping[str, np.ndarray]
+
+
+def phone_class(phone: str) -> str:
+    """Return the class that a phone is counted in: consonants by place, vowels together."""
+    a = ARTICULATION[phone]
+    if a.manner in ("vowel", "silence"):
+        return a.manner
+    return a.place if a.place in CLASSES else "other consonant"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The harness's result.
+
+    Args:
+        pairs: system to metric name to (sentences, 2).
+        classes: system to phone class to metric to (sentences, 2).
+        sentences: ids.
+        systems: names of the systems under test; all others are anchors.
+        measures: metrics in order.
+        first: number of leading coefficients in averages.
+        seed: of intervals and tests.
+    """
+
+    pairs: dict[str, dict[str, np.ndarray]]
+    classes: dict[str, dict[str, dict[str, np.ndarray]]]
+    sentences: tuple[str, ...]
+    systems: tuple[str, ...]
+    measures: tuple[Measure, ...]
+    first: int
+    seed: int = 0
+
+    def estimate(self, system: str, metric: str) -> Estimate:
+        """Return a system's value and 95 % interval."""
+        return estimate(self.pairs[system][metric], self.seed)
+
+    def difference(self, first: str, second: str, metric: str) -> Difference:
+        """Return second less first, tested in pairs over the sentences."""
+        return difference(self.pairs[first][metric], self.pairs[second][metric], self.seed)
+
+    def tests(self, metric: str) -> list[tuple[str, str, Difference, float]]:
+        """Return every pair of systems under test with its difference and Holm-corrected p."""
+        names = self.systems
+        found = [(a, b, self.difference(a, b, metric)) for i, a in enumerate(names) for b in names[i + 1 :]]
+        corrected = holm([d.p for _, _, d in found])
+        return [(a, b, d, p) for (a, b, d), p in zip(found, corrected, strict=True)]
+
+    def markdown(self) -> str:
+        """Return the report in Markdown: values, tests, phone classes, definitions."""
+        parts = [f"{len(self.sentences)} sentences; averages run over the first {self.first} coefficients. In brackets "
+                 "the 95 % bootstrap interval over sentences."]
+        for block in _split(self.measures, 5):
+            rows = [[s, *[_interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
+            parts.append(markdown_table(["system", *[m.title for m in block]], rows))
+        if len(self.systems) > 1:
+            parts += ["### Paired differences", self._tests_text()]
+        parts += ["### By phone class", *self._class_tables(), "### Definitions"]
+        parts.append("\n".join(f"- **{m.title}** ({BETTER[m.better]}): {m.definition}" for m in self.measures))
+        return "\n\n".join(parts) + "\n"
+
+    def _tests_text(self) -> str:
+        rows = []
+        for m in self.measures:
+            for a, b, d, p in self.tests(m.name):
+                if not np.isnan(d.value):
+                    span = _interval(Estimate(d.value, d.low, d.high))
+                    rows.append([m.title, f"{b} less {a}", span, f"{d.p:.4f}", f"{p:.4f}"])
+        head = ["metric", "systems", "difference", "p (permutation)", "p (Holm)"]
+        return markdown_table(head, rows)
+
+    def _class_tables(self) -> list[str]:
+        tables = []
+        for name, title in CLASS_METRICS.items():
+            if any(name in metrics for metrics in next(iter(self.classes.values())).values()):
+                rows = [[s, *[number(pooled(by[c][name])) if c in by else number(float("nan")) for c in CLASSES]]
+                        for s, by in self.classes.items()]
+                tables.append(markdown_table([title, *CLASSES], rows))
+        return tables
+
+    def table(self) -> str:
+        """Return the values as aligned text for the screen."""
+        lines = []
+        for block in _split(self.measures, 6):
+            rows = [[s, *[number(pooled(self.pairs[s][m.name])) for m in block]] for s in self.pairs]
+            lines += [aligned(["", *[m.title for m in block]], rows), ""]
+        return "\n".join(lines).rstrip()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain containers: values, intervals, pairs of each sentence, tests, classes, definitions; NaN is
+        None."""
+        values = {s: {m.name: _plain(self.estimate(s, m.name).__dict__) for m in self.measures} for s in self.pairs}
+        raw = {s: {name: np.round(pairs, 6).tolist() for name, pairs in metrics.items()}
+               for s, metrics in self.pairs.items()}
+        tests = {m.name: [{"first": a, "second": b, **_plain(d.__dict__), **_plain({"holm": p})}
+                          for a, b, d, p in self.tests(m.name)] for m in self.measures}
+        by_class = {s: {c: _plain({n: pooled(v) for n, v in metrics.items()}) for c, metrics in by.items()}
+                    for s, by in self.classes.items()}
+        about = {m.name: {"title": m.title, "definition": m.definition, "better": m.better} for m in self.measures}
+        return {"sentences": list(self.sentences), "systems": list(self.systems), "first": self.first, "metrics": about,
+                "values": values, "pairs": raw, "tests": tests, "phone_classes": by_class}
+
+
+BETTER = {"high": "higher is better", "low": "lower is better", "zero": "best at 0", "one": "best at 1",
+           "talker": "best at the truth's value"}
+CLASS_METRICS = {"rmse": "RMSE (sd)", "landmarks": "landmarks (px)", "aperture": "aperture error (px)"}
+"""Metrics of single frames, by phone class: error of the first coefficients in their standard deviations, mean
+distance of the landmarks, and mean aperture of the prediction less that of the truth."""
+
+
+def compare(bench: Bench, systems: Mapping[str, Predictions], seed: int = 0, with_anchors: bool = True) -> Comparison:
+    """Return all metrics of all systems, the null anchors after them.
+
+    Args:
+        bench: the sentences.
+        systems: name to sentence id to trajectory (T, D).
+        seed: of anchors, intervals and tests.
+        with_anchors: whether to add :func:`dnnvss.evaluation.anchors.anchors`.
+
+    Raises:
+        DnnvssError: nothing to compare, or a prediction that is missing, of another size or not finite.
+    """
+    if not bench.sentences or not systems:
+        raise DnnvssError("there is nothing to compare", remedy="Give one run and one test sentence at least")
+    checked = {name: {s.id: _checked(name, own, s) for s in bench.sentences} for name, own in systems.items()}
+    extra = {name: p for name, p in anchors(bench, seed).items() if name not in checked} if with_anchors else {}
+    measures = tuple(m for m in MEASURES if bench.face is not None or not m.needs_face)
+    pairs, classes = {}, {}
+    for name, predicted in {**checked, **extra}.items():
+        rows = {m.name: [m.pair(bench, s, predicted[s.id]) for s in bench.sentences] for m in measures}
+        pairs[name] = {metric: np.array(values, dtype=float) for metric, values in rows.items()}
+        classes[name] = _by_class(bench, predicted)
+    return Comparison(pairs, classes, tuple(s.id for s in bench.sentences), tuple(checked), measures, bench.first, seed)
+
+
+def _checked(name: str, predicted: Predictions, s: Sentence) -> np.ndarray:
+    if s.id not in predicted:
+        raise DnnvssError(f"system {name!r} has no prediction", utterance=s.id, remedy="Predict every test sentence")
+    x = np.asarray(predicted[s.id], dtype=float)
+    if x.shape != s.reference.shape or not np.isfinite(x).all():
+        raise DnnvssError(f"system {name!r} predicts {x.shape} where {s.reference.shape} was measured, or not finite",
+                          utterance=s.id, remedy="Predict every frame on the clock of the reference")
+    return x
+
+
+def _by_class(bench: Bench, predicted: Predictions) -> dict[str, dict[str, np.ndarray]]:
+    """Return phone class to metric to (sentences, 2): sums over the frames of the class, and their number."""
+    found: dict[str, dict[str, list[tuple[float, float]]]] = {}
+    for s in bench.sentences:
+        x, owner = predicted[s.id], _frame_classes(s, bench)
+        error = ((x - s.reference)[:, : bench.first] / bench.scale[: bench.first]) ** 2
+        tracks = {"rmse": error.mean(axis=1)}
+        if bench.face is not None:
+            tracks["landmarks"] = frame_errors(bench, s, x)
+            tracks["aperture"] = bench.face.aperture(x) - bench.face.aperture(s.reference)
+        for c, name in enumerate(CLASSES):
+            mask = (owner == c) & s.valid
+            for metric, track in tracks.items():
+                pair = float(track[mask].sum()), float(mask.sum())
+                found.setdefault(name, {}).setdefault(metric, []).append(pair)
+    arrays = {c: {m: np.array(v) for m, v in metrics.items()} for c, metrics in found.items()}
+    for metrics in arrays.values():
+        metrics["rmse"] = _rooted(metrics["rmse"])
+    return arrays
+
+
+def _rooted(pairs: np.ndarray) -> np.ndarray:
+    """Return pairs whose pooled value is the root of the pooled value."""
+    mean = pooled(pairs)
+    return pairs if not mean > 0 else pairs * np.array([1 / np.sqrt(mean), 1.0])
+
+
+def _frame_classes(s: Sentence, bench: Bench) -> np.ndarray:
+    index = s.tier.frame_index(bench.clock)
+    owner = np.array([CLASSES.index(phone_class(label)) for label in s.tier.labels])[index]
+    padded = np.full(len(s.reference), owner[-1])
+    padded[: len(owner)] = owner[: len(padded)]
+    return padded
+
+
+def _split(measures: tuple[Measure, ...], size: int) -> list[tuple[Measure, ...]]:
+    return [measures[i : i + size] for i in range(0, len(measures), size)]
+
+
+def _interval(e: Estimate) -> str:
+    return number(e.value) if np.isnan(e.low) else f"{number(e.value)} ({number(e.low)} to {number(e.high)})"
+
+
+def _plain(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {k: None if np.isnan(v) else round(float(v), 6) for k, v in values.items()}

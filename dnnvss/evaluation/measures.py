@@ -1,0 +1,335 @@
+"""Every metric of the harness: its name, its written definition, and the function that computes it for one sentence."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from dnnvss.evaluation.lips import BILABIALS, LABIODENTALS, TALKER_SHARE, lip_events, talker_level
+from dnnvss.evaluation.metrics import centred_rmse, correlation, global_variance_ratio, mean_known, rmse
+from dnnvss.evaluation.movement import CUTOFF, dtw, high_power, jerk, lag, landmark_error, speed
+from dnnvss.timing import FrameClock, Tier
+
+SILENCES = ("sil", "sp")
+STILL_MARGIN = 0.1
+"""Seconds of silence beside speech that do not count as silence: the mouth opens and closes there."""
+DTW_BAND = 0.2
+"""Seconds by which the warp may leave the diagonal."""
+
+Pair = tuple[float, float]
+PairFunction = Callable[["Bench", "Sentence", np.ndarray], Pair]
+
+
+class Face(Protocol):
+    """What the harness needs of a shape model; an active appearance model gives it."""
+
+    def points(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return landmarks (T, P, 2) in pixels for parameters (T, D)."""
+        ...
+
+    def aperture(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the opening between the inner lips (T,) in pixels."""
+        ...
+
+    def lower_lip(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return how far the inner edge of the lower lip is below its highest place (T,) in pixels, up to a
+        constant."""
+        ...
+
+    def width(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the distance between the mouth's corners (T,) in pixels."""
+        ...
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A measured sentence.
+
+    Args:
+        id: of the utterance.
+        reference: parameters (T, D).
+        tier: the phones tier; its start is frame 0.
+        speech, valid: (T,) bool, from the first phone's start to the last one's end; frames that were measured.
+        landmarks: tracked points (T, P, 2) in the pixels of the face, or None: then those of the reference parameters
+            count.
+    """
+
+    id: str
+    reference: np.ndarray
+    tier: Tier
+    speech: np.ndarray
+    valid: np.ndarray
+    landmarks: np.ndarray | None = None
+
+    @property
+    def spoken(self) -> np.ndarray:
+        """Frames (T,) of speech that were measured."""
+        return self.speech & self.valid
+
+    def still(self, clock: FrameClock) -> np.ndarray:
+        """Return the frames (T,) of silence that are farther than the margin from speech."""
+        mask = np.zeros(len(self.reference), bool)
+        for segment in self.tier:
+            if segment.label in SILENCES:
+                first = segment.start + (STILL_MARGIN if segment.start > self.tier.start else 0.0)
+                last = segment.end - (STILL_MARGIN if segment.end < self.tier.end else 0.0)
+                if last > first:
+                    a, b = clock.edges(np.array([first, last]) - self.tier.start)
+                    mask[a:b] = True
+        return mask & self.valid
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What all systems are measured against: sentences, clock, face, and levels taken from the sentences themselves.
+
+    Args:
+        sentences: the test sentences.
+        clock: of all trajectories.
+        face: landmarks and lips of parameters, or None: metrics that need them are left out.
+        first: number of leading coefficients in averages.
+    """
+
+    sentences: tuple[Sentence, ...]
+    clock: FrameClock
+    face: Face | None = None
+    first: int = 5
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """The standard deviation (D,) of each coefficient over the measured frames of all sentences."""
+        deviation = np.concatenate([s.reference[s.valid] for s in self.sentences]).std(axis=0)
+        return np.where(deviation > 0, deviation, 1.0)
+
+    @cached_property
+    def closed(self) -> float:
+        """The aperture that 95 % of the talker's own p, b and m reach, in pixels."""
+        assert self.face is not None
+        return self._level(self.face.aperture, BILABIALS)
+
+    @cached_property
+    def contact(self) -> float:
+        """The place of the lower lip that 95 % of the talker's own f and v reach, in pixels."""
+        assert self.face is not None
+        return self._level(self.face.lower_lip, LABIODENTALS)
+
+    @cached_property
+    def mouth(self) -> float:
+        """The talker's mean mouth width in pixels."""
+        assert self.face is not None
+        return float(np.mean(np.concatenate([self.face.width(s.reference[s.spoken]) for s in self.sentences])))
+
+    def _level(self, gauge: Callable[[np.ndarray], np.ndarray], phones: tuple[str, ...]) -> float:
+        tracks = [gauge(s.reference) for s in self.sentences]
+        return talker_level(tracks, [s.tier for s in self.sentences], self.clock, phones)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A metric.
+
+    Args:
+        name: key in files.
+        title: heading of its column, with the unit.
+        definition: what it is, in words, with every number in it.
+        pair: sentence and prediction (T, D) to (amount, weight); see :mod:`dnnvss.evaluation.statistics`.
+        better: ``high``, ``low``, ``zero``, ``one`` or ``talker`` (as near as possible to the row of the truth).
+        needs_face: whether it needs landmarks.
+    """
+
+    name: str
+    title: str
+    definition: str
+    pair: PairFunction
+    better: str
+    needs_face: bool = False
+
+
+def _known(value: float) -> Pair:
+    return (0.0, 0.0) if np.isnan(value) else (float(value), 1.0)
+
+
+def _first(metric: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> PairFunction:
+    """Return the pair of a metric of :mod:`dnnvss.evaluation.metrics`: its average over the first coefficients, over
+    speech."""
+
+    def pair(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+        columns = slice(0, bench.first)
+        return _known(float(mean_known(metric(s.reference[s.spoken, columns], x[s.spoken, columns]))))
+
+    return pair
+
+
+def _dtw(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    r, p = (y[s.spoken, : bench.first] / bench.scale[: bench.first] for y in (s.reference, x))
+    return _known(dtw(r, p, bench.clock.edge(DTW_BAND)))
+
+
+def _true_points(bench: Bench, s: Sentence) -> np.ndarray:
+    assert bench.face is not None
+    return bench.face.points(s.reference) if s.landmarks is None else s.landmarks
+
+
+def frame_errors(bench: Bench, s: Sentence, x: np.ndarray) -> np.ndarray:
+    """Return the mean distance of the landmarks in each frame (T,), in pixels."""
+    assert bench.face is not None
+    return landmark_error(_true_points(bench, s), bench.face.points(x))
+
+
+def _landmarks(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    return _known(float(mean_known(frame_errors(bench, s, x)[s.spoken])))
+
+
+def _landmark_share(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    amount, weight = _landmarks(bench, s, x)
+    return 100 * amount / bench.mouth, weight
+
+
+def _lips(contact: bool, amount: str, weight: str, factor: float = 1.0) -> PairFunction:
+    """Return the pair of two fields of :class:`LipEvents`: closures on p b m, or the lower lip's contact on f v."""
+
+    def pair(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+        assert bench.face is not None
+        gauge, level, phones = ((bench.face.lower_lip, bench.contact, LABIODENTALS) if contact else
+                                (bench.face.aperture, bench.closed, BILABIALS))
+        if np.isnan(level):
+            return 0.0, 0.0
+        events = lip_events(gauge(s.reference), gauge(x), s.tier, bench.clock, level, s.spoken, phones)
+        return factor * getattr(events, amount), getattr(events, weight)
+
+    return pair
+
+
+def _lag(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    assert bench.face is not None
+    r, p = (bench.face.aperture(y[s.speech]) for y in (s.reference, x))
+    return _known(1000 * lag(r, p, bench.clock))
+
+
+def _silence(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    shown = x[:, : bench.first] / bench.scale[: bench.first] if bench.face is None else bench.face.points(x)
+    return _known(speed(shown, bench.clock, s.still(bench.clock)))
+
+
+def _jerk(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    scaled = x[s.speech, : bench.first] / bench.scale[: bench.first]
+    return _known(jerk(scaled, bench.clock) / 1000)
+
+
+def _high(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    scaled = x[s.speech, : bench.first] / bench.scale[: bench.first]
+    return _known(100 * high_power(scaled, bench.clock))
+
+
+_SPOKEN = "over the measured frames from the first phone's start to the last one's end"
+_CLOSED = (f"The lips are closed at or below the level that {TALKER_SHARE:.0%} of the talker's p, b and m reach within "
+           "the phone widened by 40 ms on both sides")
+
+MEASURES: tuple[Measure, ...] = (
+    Measure(
+        "correlation", "correlation",
+        f"Pearson's correlation of each coefficient {_SPOKEN}, averaged over the first coefficients, then over the "
+        "sentences. 0 for a prediction that does not move.",
+        _first(correlation), "high",
+    ),
+    Measure(
+        "rmse", "RMSE",
+        f"Root mean square error of each coefficient {_SPOKEN}, averaged over the first coefficients, then over "
+        "the sentences. In the coefficients' unit.",
+        _first(rmse), "low",
+    ),
+    Measure(
+        "centred_rmse", "centred RMSE",
+        "RMSE after each side's mean over the sentence is taken away.",
+        _first(centred_rmse), "low",
+    ),
+    Measure(
+        "gv_ratio", "GV ratio",
+        f"Variance of the prediction over that of the truth {_SPOKEN}, averaged over the first coefficients, then "
+        "over the sentences. Below 1 is under-articulated.",
+        _first(global_variance_ratio), "one",
+    ),
+    Measure(
+        "dtw", "DTW (sd)",
+        "Mean distance a step of the best warping path, each of the first coefficients divided by its standard "
+        f"deviation; the warp stays within {DTW_BAND * 1000:.0f} ms.",
+        _dtw, "low",
+    ),
+    Measure(
+        "landmarks", "landmarks (px)",
+        f"Mean distance of the landmarks from the truth {_SPOKEN}, in pixels of the reference frame; the truth is "
+        "tracked where the run kept it.",
+        _landmarks, "low", True,
+    ),
+    Measure(
+        "landmark_share", "landmarks (% mouth)",
+        "The same as a percentage of the talker's mean mouth width.",
+        _landmark_share, "low", True,
+    ),
+    Measure(
+        "closure_recall", "closure recall",
+        f"{_CLOSED}. Share of those phones in which the prediction is closed too.",
+        _lips(False, "reached", "asked"), "high", True,
+    ),
+    Measure(
+        "closure_precision", "closure precision",
+        "Share of the prediction's closures during speech at which the truth is closed too, give or take 40 ms.",
+        _lips(False, "right", "predicted"), "high", True,
+    ),
+    Measure(
+        "closure_onset", "closure onset (ms)",
+        "Mean distance between the moments at which prediction and truth close, over the p, b and m at which both "
+        "close during speech.",
+        _lips(False, "onset_distance", "timed", 1000), "low", True,
+    ),
+    Measure(
+        "closure_late", "closure late by (ms)",
+        "The same with its sign: positive is late.",
+        _lips(False, "onset_error", "timed", 1000), "zero", True,
+    ),
+    Measure(
+        "closure_aperture", "aperture on p b m (px)",
+        "Mean over p, b and m of the least aperture within the phone widened by 40 ms, in pixels.",
+        _lips(False, "least", "phones"), "talker", True,
+    ),
+    Measure(
+        "contact_recall", "f v contact recall",
+        "The lower lip touches the teeth where its inner edge is as high (against the still points of the face) as in "
+        f"{TALKER_SHARE:.0%} of the talker's f and v, within the phone widened by 40 ms. Share of those phones in "
+        "which the prediction's lip is as high.",
+        _lips(True, "reached", "asked"), "high", True,
+    ),
+    Measure(
+        "contact_place", "lower lip on f v (px)",
+        "Mean over f and v of the highest place of the lower lip's inner edge within the phone widened by 40 ms, in "
+        "pixels of the reference frame, y downward.",
+        _lips(True, "least", "phones"), "talker", True,
+    ),
+    Measure(
+        "lag", "lag (ms)",
+        "Lag of the greatest cross-correlation of the aperture's velocity with the truth's, within 200 ms; "
+        "positive is late.",
+        _lag, "zero", True,
+    ),
+    Measure(
+        "silence", "motion in silence (px/s)",
+        "Root mean square speed of the landmarks in silence, 100 ms beside speech left out (of the first coefficients "
+        "in standard deviations where there are no landmarks).",
+        _silence, "talker",
+    ),
+    Measure(
+        "jerk", "jerk (1000 sd/s³)",
+        "Root mean square third derivative of the first coefficients, each in its standard deviation, over "
+        "speech.",
+        _jerk, "talker",
+    ),
+    Measure(
+        "high_power", f"power above {CUTOFF:.0f} Hz (%)",
+        f"Share of the power of the first coefficients above {CUTOFF:.0f} Hz, over speech, each less its mean and "
+        "in its standard deviation, under a Hann window.",
+        _high, "talker",
+    ),
+)
+"""All metrics, in the order of the tables."""

@@ -1,0 +1,147 @@
+"""From run folders to what the harness measures: predictions, references, phones, and the face of the run."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from omegaconf import OmegaConf
+
+from dnnvss import files
+from dnnvss.aam import ActiveAppearanceModel, ClipCode
+from dnnvss.aam.pose import to_reference
+from dnnvss.corpus import Corpus, Utterance
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.measures import Bench, Sentence
+from dnnvss.timing import FrameClock
+from dnnvss.trajectory import resample
+from dnnvss.trajectory.rules import lower_lip, measure
+
+Arrays = dict[str, np.ndarray]
+_KINDS = ("predicted", "reference", "speech", "valid")
+
+
+@dataclass(frozen=True)
+class AAMFace:
+    """An active appearance model as the harness sees it, in pixels of its reference frame."""
+
+    model: ActiveAppearanceModel
+
+    def points(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return landmarks (T, P, 2)."""
+        return self.model.decode_shape(np.asarray(trajectory, float))
+
+    def aperture(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the opening between the inner lips (T,)."""
+        return self.model.aperture(np.asarray(trajectory, float))
+
+    def lower_lip(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the y of the lower lip's inner edge (T,), larger is lower."""
+        return measure(lower_lip(self.model), np.asarray(trajectory, float))
+
+    def width(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the distance between the mouth's corners (T,)."""
+        return self.model.width(np.asarray(trajectory, float))
+
+    @cached_property
+    def contours(self) -> dict[str, list[int]]:
+        """Positions of the landmarks of each group, by name, to be drawn as lines."""
+        return {name: rows.tolist() for name, rows in self.model.layout.groups.items()}
+
+
+@dataclass(frozen=True)
+class RunData:
+    """What a run folder says about its test sentences.
+
+    Args:
+        folder: of the run.
+        arrays: ``predicted``, ``reference`` (T, D), ``speech``, ``valid`` (T,), each by sentence id.
+        clock: of the trajectories.
+        corpus: folder of the prepared corpus.
+    """
+
+    folder: Path
+    arrays: dict[str, Arrays]
+    clock: FrameClock
+    corpus: Path
+
+
+def read_run(folder: str | Path) -> RunData:
+    """Return the predictions of a finished run.
+
+    Raises:
+        DnnvssError: the folder is not one of a finished run.
+    """
+    folder = Path(folder)
+    remedy = "Name the folder of a finished run: python train.py writes one"
+    arrays = {kind: files.read_arrays(folder / "predictions" / f"{kind}.npz", remedy) for kind in _KINDS}
+    config = files.read(folder / "config.yaml", lambda p: OmegaConf.to_container(OmegaConf.load(p)), remedy)
+    try:
+        return RunData(folder, arrays, FrameClock(str(config["trajectory"]["rate"])), Path(config["corpus"]["out"]))
+    except (KeyError, TypeError) as error:
+        raise DnnvssError(f"does not say {error}", file=folder / "config.yaml", remedy=remedy) from error
+
+
+def make_bench(runs: list[RunData], first: int = 5) -> Bench:
+    """Return the bench of the first run, after a check that all runs were tested on the same sentences.
+
+    Landmarks are the tracked ones where the corpus's cache holds the codes of the run's appearance model.
+
+    Raises:
+        DnnvssError: runs of other sentences, another appearance model or another rate; or no such corpus.
+    """
+    lead = runs[0]
+    for run in runs[1:]:
+        own, references = run.arrays["reference"], lead.arrays["reference"]
+        same = run.clock == lead.clock and own.keys() == references.keys() and all(
+            np.array_equal(own[i], references[i]) for i in references)
+        if not same:
+            raise DnnvssError(f"was tested on other sentences, another face or another rate than {lead.folder}",
+                              file=run.folder, remedy="Compare runs of one corpus, split, face and rate")
+    corpus = Corpus.open(lead.corpus)
+    model = ActiveAppearanceModel.load(lead.folder / "aam.npz")
+    codes = _codes(lead)
+    sentences = []
+    for i, reference in lead.arrays["reference"].items():
+        if i not in corpus.utterances:
+            raise DnnvssError(f"is not in the corpus {corpus.root}", utterance=i, file=lead.folder,
+                              remedy="Prepare the corpus that the run was trained on")
+        utterance = corpus.utterances[i]
+        landmarks = _tracked(corpus, utterance, model, codes, lead.clock, len(reference)) if codes else None
+        speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
+        tier = utterance.alignment["phones"]
+        sentences.append(Sentence(i, reference.astype(float), tier, speech, valid, landmarks))
+    return Bench(tuple(sentences), lead.clock, AAMFace(model), first)
+
+
+def _codes(run: RunData) -> Path | None:
+    """Return the folder of clip codes made with the run's own appearance model, or None."""
+    own = (run.folder / "aam.npz").read_bytes()
+    for candidate in sorted(run.corpus.glob("aam/*/aam.npz")):
+        if candidate.stat().st_size == len(own) and candidate.read_bytes() == own:
+            return candidate.parent / "codes"
+    return None
+
+
+def _tracked(
+    corpus: Corpus, utterance: Utterance, model: ActiveAppearanceModel, codes: Path, clock: FrameClock, frames: int
+) -> np.ndarray:
+    """Return the tracked landmarks (T, P, 2) in the reference frame, the clip's own mean shape replaced by the
+    model's."""
+    code = ClipCode.load(codes / f"{utterance.id}.npz")
+    points, _ = corpus.landmarks(utterance)
+    own = points[:, model.layout.rows].astype(float)
+    still = to_reference(own, code.pose, model.reference.pivot) - code.shape_offset
+    return resample(_filled(still, code.valid), utterance.clock, clock, count=frames)
+
+
+def _filled(points: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Return the points (F, P, 2) with frames that are not valid interpolated between their neighbours."""
+    known = np.flatnonzero(valid)
+    if not len(known) or len(known) == len(valid):
+        return points
+    at = np.interp(np.arange(len(valid)), known, np.arange(len(known)))
+    below = np.minimum(at.astype(int), len(known) - 2) if len(known) > 1 else np.zeros(len(at), int)
+    share = (at - below)[:, None, None]
+    after = np.minimum(below + 1, len(known) - 1)
+    return (1 - share) * points[known[below]] + share * points[known[after]]

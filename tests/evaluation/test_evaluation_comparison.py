@@ -1,0 +1,181 @@
+"""Anchors, all metrics together, phone classes, tables and the page."""
+
+import json
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from dnnvss import DnnvssError
+from dnnvss.evaluation.anchors import anchors, delayed
+from dnnvss.evaluation.comparison import CLASSES, compare, phone_class
+from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
+from dnnvss.evaluation.page import write_page
+from dnnvss.phones import PHONES
+from dnnvss.timing import FrameClock, Tier
+
+CLOCK = FrameClock(100)
+
+
+@dataclass(frozen=True)
+class Mouth:
+    """Two lips: the first coefficient opens them, the second spreads the corners."""
+
+    def points(self, x: np.ndarray) -> np.ndarray:
+        opening, spread = x[:, 0] + 3, x[:, 1]
+        zero = np.zeros(len(x))
+        rows = [(-20 - spread, zero), (zero, -opening / 2), (20 + spread, zero), (zero, opening / 2)]
+        return np.stack([np.stack(r, axis=-1) for r in rows], axis=1)
+
+    def aperture(self, x: np.ndarray) -> np.ndarray:
+        return x[:, 0] + 3
+
+    def lower_lip(self, x: np.ndarray) -> np.ndarray:
+        return x[:, 0] / 2
+
+    def width(self, x: np.ndarray) -> np.ndarray:
+        return 40 + 2 * x[:, 1]
+
+
+def bench(count: int = 6, face: object | None = Mouth()) -> Bench:
+    """Sentences sil AA B AA F AA sil with a closure on every B."""
+    rng = np.random.default_rng(0)
+    sentences = []
+    for n in range(count):
+        edges = np.cumsum([0, 0.3, 0.3, 0.08, 0.3 + 0.02 * n, 0.1, 0.3, 0.4])
+        tier = Tier("phones", zip(edges[:-1], edges[1:], ["sil", "AA", "B", "AA", "F", "AA", "sil"], strict=True))
+        frames = int(tier.frame_edges(CLOCK)[-1])
+        x = gaussian_filter1d(rng.normal(size=(frames, 3)), 5, axis=0)
+        x = x / x.std(axis=0)
+        x[:, 0] += 2
+        x[62:66, 0] = -3.0
+        speech = np.zeros(frames, bool)
+        speech[30 : int(tier.frame_edges(CLOCK)[-2])] = True
+        sentences.append(Sentence(f"s{n}", x, tier, speech, np.ones(frames, bool)))
+    return Bench(tuple(sentences), CLOCK, face, first=2)
+
+
+def system(b: Bench, noise: float, gain: float = 1.0) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(1)
+    return {s.id: gain * s.reference + noise * gaussian_filter1d(rng.normal(size=s.reference.shape), 3, axis=0)
+            for s in b.sentences}
+
+
+def test_a_delay_holds_the_first_frame_and_may_be_fractional():
+    x = np.array([[0.0], [2.0], [4.0]])
+    assert delayed(x, 1).ravel().tolist() == [0, 0, 2] and delayed(x, 0.5).ravel().tolist() == [0, 1, 3]
+
+
+def test_anchors_are_what_their_names_say():
+    b = bench()
+    null = anchors(b)
+    assert list(null) == ["mean", "another sentence", "truth + 40 ms", "truth + 80 ms", "truth"]
+    assert all((x == 0).all() for x in null["mean"].values())
+    assert np.array_equal(null["truth + 40 ms"]["s0"][4:], b.sentences[0].reference[:-4])
+    for s in b.sentences:
+        x = null["another sentence"][s.id]
+        assert x.shape == s.reference.shape and np.abs(x - s.reference).mean() > 0.1
+        assert np.abs(x[62:66, 0] + 3).min() < 0.6  # speech falls on speech: the other's closure is there too
+    assert list(anchors(bench(1))) == ["mean", "truth + 40 ms", "truth + 80 ms", "truth"]
+
+
+def test_known_systems_get_known_values():
+    b = bench()
+    result = compare(b, {"half": system(b, 0.0, 0.5), "noisy": system(b, 1.0)})
+    value = {s: {m.name: result.estimate(s, m.name).value for m in result.measures} for s in result.pairs}
+    assert value["truth"]["correlation"] == pytest.approx(1) and value["truth"]["landmarks"] == 0
+    assert value["half"]["correlation"] == pytest.approx(1) and value["half"]["gv_ratio"] == pytest.approx(0.25)
+    assert value["truth"]["closure_recall"] == value["truth"]["closure_precision"] == 1
+    assert value["half"]["closure_recall"] == 0 and value["mean"]["correlation"] == 0
+    assert value["truth + 40 ms"]["lag"] == pytest.approx(40, abs=1)
+    assert value["truth + 40 ms"]["closure_late"] == pytest.approx(40)
+    assert value["half"]["jerk"] == pytest.approx(value["truth"]["jerk"] / 2)
+    assert value["half"]["high_power"] == pytest.approx(value["truth"]["high_power"])
+    assert value["mean"]["silence"] == 0 and value["half"]["silence"] == pytest.approx(value["truth"]["silence"] / 2)
+    assert value["truth + 80 ms"]["dtw"] < value["another sentence"]["dtw"]
+    share = 100 * value["noisy"]["landmarks"] / b.mouth
+    assert value["noisy"]["landmark_share"] == pytest.approx(share)
+    d = result.difference("half", "noisy", "correlation")
+    assert d.value < 0 and d.p < 0.1
+
+
+def test_tracked_landmarks_show_what_the_face_cannot_express():
+    b = bench(2)
+    tracked = tuple(replace(s, landmarks=b.face.points(s.reference) + np.array([0.3, 0.4])) for s in b.sentences)
+    result = compare(replace(b, sentences=tracked), {"x": system(b, 0.0)})
+    assert result.estimate("truth", "landmarks").value == pytest.approx(0.5)
+
+
+def test_frames_that_were_not_measured_do_not_count():
+    b = bench(2)
+    broken = []
+    for s in b.sentences:
+        valid = s.valid.copy()
+        valid[40:50] = False
+        broken.append(replace(s, valid=valid))
+    wild = {s.id: np.where(np.isin(np.arange(len(s.reference)), range(40, 50))[:, None], 99.0, s.reference)
+            for s in broken}
+    result = compare(replace(b, sentences=tuple(broken)), {"wild": wild})
+    assert result.estimate("wild", "rmse").value == 0 and result.estimate("wild", "landmarks").value == 0
+
+
+def test_without_a_face_the_metrics_that_need_one_are_left_out():
+    b = bench(2, None)
+    result = compare(b, {"x": system(b, 0.5)})
+    assert {m.name for m in result.measures} == {m.name for m in MEASURES if not m.needs_face}
+    assert np.isfinite(result.estimate("x", "silence").value)
+
+
+def test_every_phone_has_a_class_and_errors_are_counted_in_it():
+    assert {phone_class(p) for p in PHONES} == set(CLASSES)
+    b = bench(2)
+    off = {}
+    for s in b.sentences:
+        x = s.reference.copy()
+        first, last = s.tier.frame_edges(CLOCK)[2:4]
+        x[first:last, 0] += 2.0
+        off[s.id] = x
+    by = compare(b, {"x": off}).classes["x"]
+    pooled = {c: m["aperture"].sum(axis=0) for c, m in by.items()}
+    assert pooled["bilabial"][0] / pooled["bilabial"][1] == pytest.approx(2.0)
+    assert pooled["vowel"][0] == 0 and pooled["silence"][1] > 0
+    rmse = by["bilabial"]["rmse"].sum(axis=0)
+    assert rmse[0] / rmse[1] == pytest.approx(np.sqrt((2.0 / b.scale[0]) ** 2 / 2))
+
+
+def test_reports(tmp_path):
+    b = bench(3)
+    systems = {"a & <b>": system(b, 0.5), "other": system(b, 1.0)}
+    result = compare(b, systems)
+    text = result.markdown()
+    for m in MEASURES:
+        assert m.title in text and m.definition in text
+    assert "Paired differences" in text and "other less a & <b>" in text and "truth + 80 ms" in text
+    data = json.loads(json.dumps(result.to_json(), allow_nan=False))
+    assert data["values"]["truth"]["correlation"]["value"] == 1.0 and len(data["pairs"]["other"]["rmse"]) == 3
+    assert data["phone_classes"]["truth"]["vowel"]["rmse"] == 0
+    assert "closure recall" in result.table()
+    (tmp_path / "run" / "videos").mkdir(parents=True)
+    (tmp_path / "run" / "videos" / "s1.mp4").write_bytes(b"")
+    page = write_page(tmp_path / "out" / "e.html", result, b, systems, {"other": tmp_path / "run"}).read_text("utf-8")
+    assert "a &amp; &lt;b&gt;" in page and "<b>" not in page.replace("a & <b>", "")
+    assert not re.search(r'(src|href)="(https?:)?//', page)  # nothing is fetched
+    embedded = json.loads(re.search(r"const DATA = (.*?);\n", page).group(1))
+    assert len(embedded) == 3 and len(embedded[0]["faces"]) == 3
+    shown = np.array(embedded[0]["faces"][0])
+    assert shown.shape == (embedded[0]["frames"], 8)
+    if 's1.mp4"' in page:
+        assert 'src="../run/videos/s1.mp4"' in page
+    assert page.count("<canvas") == 9 and page.count('class="cursor"') == 6
+
+
+def test_what_does_not_fit_is_named():
+    b = bench(2)
+    with pytest.raises(DnnvssError, match="utterance s1: system 'x' has no prediction"):
+        compare(b, {"x": {"s0": b.sentences[0].reference}})
+    with pytest.raises(DnnvssError, match=r"utterance s0: system 'x' predicts \(5, 3\)"):
+        compare(b, {"x": {"s0": np.zeros((5, 3)), "s1": b.sentences[1].reference}})
+    with pytest.raises(DnnvssError, match="nothing to compare"):
+        compare(b, {})
