@@ -1,5 +1,6 @@
 """Encoding of whole clips: pose over time, outliers, the clip's mean, and the error of reconstruction."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,9 @@ from dnnvss.aam.model import ActiveAppearanceModel
 from dnnvss.aam.outliers import shape_distance
 from dnnvss.aam.pose import fill_invalid, to_reference
 from dnnvss.errors import DnnvssError
+
+_CHUNK = 64
+"""Frames whose textures are held as floats at a time."""
 
 
 class UnusableClipError(DnnvssError):
@@ -74,15 +78,17 @@ def clip_errors(model: ActiveAppearanceModel, measured: Measured) -> np.ndarray:
     mean squared difference of the texture in grey levels, each summed over frames.
     """
     code = measured.code
-    keep = code.valid
+    keep = np.flatnonzero(code.valid)
     scale = np.hypot(code.pose[keep, 0], code.pose[keep, 1])
-    points, textures = model.decode(code.parameters[keep])
-    rows = []
-    for shape_offset, texture_offset in ((code.shape_offset, code.texture_offset), (0.0, 0.0)):
-        gap = ((measured.shapes[keep] - points - shape_offset) ** 2).sum(axis=-1).mean(axis=-1) * scale**2
-        grey = ((measured.textures[keep] - textures - texture_offset) ** 2).mean(axis=(1, 2))
-        rows.append((float(gap.sum()), float(grey.sum())))
-    return np.array([*rows, (keep.sum(), keep.sum())], dtype=np.float64)
+    gap = measured.shapes[keep] - model.decode_shape(code.parameters[keep])
+    gaps = [gap - code.shape_offset, gap]
+    pixels = [((g**2).sum(axis=-1).mean(axis=-1) * scale**2).sum() for g in gaps]
+    greys = np.zeros(2)
+    for start in range(0, len(keep), _CHUNK):
+        part = keep[start:start + _CHUNK]
+        without = measured.textures[part] - model.decode_texture(code.parameters[part])
+        greys += [((without - code.texture_offset) ** 2).mean(axis=(1, 2)).sum(), (without**2).mean(axis=(1, 2)).sum()]
+    return np.array([*zip(pixels, greys, strict=True), (len(keep), len(keep))], dtype=np.float64)
 
 
 def _shapes(
@@ -102,15 +108,25 @@ def _far_textures(
     """
     for centre in (np.mean, np.median):
         shape, texture = centre(shapes[valid], axis=0), centre(textures[valid], axis=0).astype(np.float32)
-        centred = textures - texture
-        parameters = model.project(shapes - shape, centred)
-        residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
-        distance = np.sqrt((residual**2).mean(axis=(1, 2)))
-        size = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
-        far = valid & ((distance > model.limits.texture) | (size > model.limits.parameters))
+        far = valid.copy()
+        for part, parameters, centred in _projected(model, shapes - shape, textures, texture):
+            residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
+            distance = np.sqrt((residual**2).mean(axis=(1, 2)))
+            size = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
+            far[part] &= (distance > model.limits.texture) | (size > model.limits.parameters)
         if not far.any():
             break
     return far
+
+
+def _projected(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, centre: np.ndarray
+) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Yield frames, their parameters and their centred textures, a chunk at a time: long clips do not fit as floats."""
+    for start in range(0, len(shapes), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        centred = textures[part] - centre
+        yield part, model.project(shapes[part], centred), centred
 
 
 def _code(
@@ -121,8 +137,9 @@ def _code(
     if model.config.clip_means:
         shape_offset = shapes[valid].mean(axis=0) - model.mean_shape
         texture_offset = textures[valid].mean(axis=0, dtype=np.float32) - model.mean_texture
-    parameters = model.project(shapes - model.mean_shape - shape_offset,
-                               textures - (model.mean_texture + texture_offset))
+    centre = model.mean_texture + texture_offset
+    projected = _projected(model, shapes - model.mean_shape - shape_offset, textures, centre)
+    parameters = np.concatenate([found for _, found, _ in projected])
     return ClipCode(fill_invalid(parameters, valid), pose.astype(np.float32), shape_offset.astype(np.float32),
                     texture_offset.astype(np.float32), valid, outliers)
 

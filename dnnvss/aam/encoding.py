@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import joblib
@@ -18,7 +18,7 @@ from dnnvss.aam.report import build_report
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 
-_ALGORITHM = 3
+_ALGORITHM = 4
 """Raised when the code changes what it computes, so that old caches are not taken for new."""
 _BATCH = 32
 
@@ -97,7 +97,8 @@ def encode_corpus(
         return EncodedCorpus(home, key, ids, report["dropped"])
     model = _fitted(corpus, ids["train"], config, home, progress)
     everything = sorted({i for split in ids.values() for i in split})
-    dropped = _encode(model, corpus_clips(corpus, [corpus.utterances[i] for i in everything]), home / "codes", progress)
+    clips = corpus_clips(corpus, [corpus.utterances[i] for i in everything])
+    dropped = _encode(home / "aam.npz", clips, home / "codes", progress)
     report = build_report(model, corpus, ids, home / "codes", dropped)
     files.write_json(home / "report.json", report)
     return EncodedCorpus(home, key, ids, dropped)
@@ -114,10 +115,13 @@ def _fitted(
     return model
 
 
-def _encode(model: ActiveAppearanceModel, clips: Sequence[Clip], folder: Path, progress: bool) -> dict[str, str]:
-    """Write the code of each clip that has none yet, and return the clips that cannot be encoded with the reason."""
+def _encode(path: Path, clips: Sequence[Clip], folder: Path, progress: bool) -> dict[str, str]:
+    """Write the code of each clip that has none yet, and return the clips that cannot be encoded with the reason.
+
+    Workers read the model from its file, once each, rather than with every clip.
+    """
     left = [clip for clip in clips if not (folder / f"{clip.id}.npz").is_file()]
-    jobs = [joblib.delayed(_encode_one)(model, clip, folder) for clip in left]
+    jobs = [joblib.delayed(_encode_one)(path, clip, folder) for clip in left]
     dropped: dict[str, str] = {}
     with tqdm(total=len(clips), initial=len(clips) - len(left), desc="encoding clips", unit="clip",
               disable=not progress) as bar:
@@ -128,8 +132,14 @@ def _encode(model: ActiveAppearanceModel, clips: Sequence[Clip], folder: Path, p
     return dropped
 
 
-def _encode_one(model: ActiveAppearanceModel, clip: Clip, folder: Path) -> tuple[str, str]:
+@lru_cache(maxsize=1)
+def _opened(path: Path) -> ActiveAppearanceModel:
+    return ActiveAppearanceModel.load(path)
+
+
+def _encode_one(path: Path, clip: Clip, folder: Path) -> tuple[str, str]:
     """Write a clip's code and return its id and, where none of its frames is usable, the reason."""
+    model = _opened(path)
     try:
         measured = measure_clip(model, clip)
     except UnusableClipError as error:

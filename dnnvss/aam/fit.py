@@ -9,6 +9,7 @@ from tqdm import tqdm
 
 from dnnvss.aam.clips import Clip
 from dnnvss.aam.config import AAMConfig
+from dnnvss.aam.decomposition import find_modes
 from dnnvss.aam.mesh import Warp, triangulate
 from dnnvss.aam.model import ActiveAppearanceModel
 from dnnvss.aam.outliers import (
@@ -22,11 +23,12 @@ from dnnvss.aam.outliers import (
     spread_of,
     texture_distance,
 )
-from dnnvss.aam.pca import Components, components
 from dnnvss.aam.points import Layout
 from dnnvss.aam.pose import PoseReference, mean_shape, to_reference
 from dnnvss.errors import DnnvssError
 
+_MEMORY = 2**30
+"""Bytes that the textures of the fit may take as floats."""
 _BATCH = 32
 """Clips handed to the workers at a time; bounds the memory and lets the progress bar move."""
 
@@ -75,14 +77,17 @@ def fit_aam(
     shapes = np.concatenate([tracked[i].shapes[tracked[i].keep] for i in usable])
     opened = _open_shape(shapes, layout)
     warp = Warp(opened if config.texture_shape == "open" else mean, triangulate(opened), config.scale)
-    chosen = _choose(tracked, usable, config)
+    chosen = _choose(tracked, usable, len(warp.pixels), config)
     textures = _read_textures(clips, tracked, chosen, warp, progress)
-    centred_shapes, centred_textures, mean_texture = _centred(tracked, chosen, textures, mean, config)
-    found = _modes(centred_shapes, centred_textures, config)
-    limits = _limits(found, centred_shapes, centred_textures, stable_limit, shape_limit, config)
+    rows, mean_texture = _gathered(tracked, chosen, textures, mean, config)
+    del textures
+    modes = find_modes(rows, mean.size, config)
+    limits = Limits(stable_limit, shape_limit, robust_limit(modes.residuals, config.outlier, LEAST_TEXTURE),
+                    robust_limit(modes.sizes, config.outlier, LEAST_PARAMETERS))
     return ActiveAppearanceModel(
         config, {g: (int(a), int(b)) for g, (a, b) in groups.items()}, reference, mean, warp, mean_texture,
-        found.shape_modes, found.texture_modes, found.weight, found.deviations, spread, limits)
+        modes.shape.reshape(-1, *mean.shape), modes.texture.reshape(-1, *mean_texture.shape), modes.shape_weight,
+        modes.deviations, spread, limits)
 
 
 def _track(clips: Sequence[Clip], layout: Layout, config: AAMConfig) -> tuple[PoseReference, list[_Shapes], float]:
@@ -133,13 +138,19 @@ def _open_shape(shapes: np.ndarray, layout: Layout) -> np.ndarray:
     return shapes[np.argsort(area)[-max(1, len(area) // 20):]].mean(axis=0)
 
 
-def _choose(tracked: Sequence[_Shapes], usable: Sequence[int], config: AAMConfig) -> dict[int, np.ndarray]:
-    """Return clip number to the frames whose texture is read: every nth of randomly drawn clips until enough."""
+def _choose(
+    tracked: Sequence[_Shapes], usable: Sequence[int], pixels: int, config: AAMConfig
+) -> dict[int, np.ndarray]:
+    """Return clip number to the frames whose texture is read: every nth of randomly drawn clips until enough.
+
+    Large textures are read from fewer frames, so that all of them together fit into memory.
+    """
+    enough = min(config.texture_frames, max(_MEMORY // (3 * 4 * pixels), 10 * int(max(config.modes, 10))))
     random = np.random.default_rng(config.seed)
     chosen: dict[int, np.ndarray] = {}
     count = 0
     for clip in random.permutation(usable):
-        if count >= config.texture_frames:
+        if count >= enough:
             break
         frames = np.flatnonzero(tracked[clip].keep)
         step = min(config.texture_every, len(frames))
@@ -166,74 +177,27 @@ def _sample(clip: Clip, points: np.ndarray, frames: np.ndarray, warp: Warp) -> n
     return np.stack([warp.sample(images[f], points[f]) for f in frames])
 
 
-def _centred(
+def _gathered(
     tracked: Sequence[_Shapes], chosen: Mapping[int, np.ndarray], textures: Sequence[np.ndarray], mean: np.ndarray,
     config: AAMConfig,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return centred shapes (n, P, 2) and textures (n, N, 3) of the frames that stay, and the mean texture (N, 3)."""
-    middles = [np.median(t, axis=0) for t in textures]
-    distances = [texture_distance(t, m) for t, m in zip(textures, middles, strict=True)]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return rows (n, 2P + 3N) float32, shape then texture, of the frames that are not far out, and the mean texture.
+
+    Each is centred on its clip's mean, or on the mean of all where the settings keep the clips' means.
+    """
+    distances = [texture_distance(t, np.median(t, axis=0)) for t in textures]
     limit = robust_limit(np.concatenate(distances), config.outlier, LEAST_TEXTURE)
-    near = [d <= limit for d in distances]
-    near = [n if n.any() else n | True for n in near]
+    near = [d <= max(limit, d.min()) for d in distances]
     means = [t[n].mean(axis=0, dtype=np.float32) for t, n in zip(textures, near, strict=True)]
     mean_texture = np.stack(means).mean(axis=0)
-    count = sum(int(n.sum()) for n in near)
-    flat_textures = np.empty((count, *mean_texture.shape), dtype=np.float32)
-    flat_shapes = np.empty((count, *mean.shape), dtype=np.float64)
-    row = 0
+    width = mean.size
+    rows = np.empty((sum(int(n.sum()) for n in near), width + mean_texture.size), dtype=np.float32)
+    start = 0
     for (clip, frames), texture, own, kept in zip(chosen.items(), textures, means, near, strict=True):
-        part = slice(row, row + int(kept.sum()))
-        flat_textures[part] = texture[kept] - (own if config.clip_means else mean_texture)
-        flat_shapes[part] = tracked[clip].shapes[frames[kept]] - (tracked[clip].mean if config.clip_means else mean)
-        row = part.stop
-    flat_shapes -= flat_shapes.mean(axis=0)  # the chosen frames' own mean is not exactly the clips'
-    flat_textures -= flat_textures.mean(axis=0)
-    return flat_shapes, flat_textures, mean_texture
-
-
-@dataclass(frozen=True)
-class _Found:
-    shape_modes: np.ndarray
-    texture_modes: np.ndarray
-    weight: float
-    deviations: np.ndarray
-
-
-def _modes(shapes: np.ndarray, textures: np.ndarray, config: AAMConfig) -> _Found:
-    """Return modes of both kinds in one form (see :class:`ActiveAppearanceModel`)."""
-    count, width = len(shapes), shapes[0].size
-    flat_shapes, flat_textures = shapes.reshape(count, -1), textures.reshape(count, -1)
-    if config.kind == "separate":
-        shape = components(flat_shapes, config.shape_modes, config.seed)
-        texture = components(flat_textures, config.texture_modes, config.seed)
-        return _side_by_side(shape, texture, shapes.shape[1:], textures.shape[1:])
-    ratio = float((flat_textures**2).sum(dtype=np.float64) / max(float((flat_shapes**2).sum()), 1e-12))
-    weight = config.shape_weight * float(np.sqrt(ratio))
-    both = components(np.hstack([(weight * flat_shapes).astype(np.float32), flat_textures]), config.modes, config.seed)
-    return _Found((both.modes[:, :width] / weight).reshape(-1, *shapes.shape[1:]),
-                  both.modes[:, width:].reshape(-1, *textures.shape[1:]).astype(np.float32), weight, both.deviations)
-
-
-def _side_by_side(shape: Components, texture: Components, points: tuple, pixels: tuple) -> _Found:
-    first, second = len(shape.modes), len(texture.modes)
-    shape_modes, texture_modes = np.zeros((first + second, *points)), np.zeros((first + second, *pixels), np.float32)
-    shape_modes[:first] = shape.modes.reshape(-1, *points)
-    texture_modes[first:] = texture.modes.reshape(-1, *pixels)
-    return _Found(shape_modes, texture_modes, 1.0, np.concatenate([shape.deviations, texture.deviations]))
-
-
-def _limits(
-    found: _Found, shapes: np.ndarray, textures: np.ndarray, stable: float, shape: float, config: AAMConfig
-) -> Limits:
-    """Return the limits of all four measures; texture and parameters are measured on the frames of the fit."""
-    count = len(shapes)
-    flat_modes = found.texture_modes.reshape(len(found.deviations), -1)
-    flat = textures.reshape(count, -1)
-    parameters = found.weight**2 * shapes.reshape(count, -1) @ found.shape_modes.reshape(len(flat_modes), -1).T
-    parameters = parameters + flat @ flat_modes.T
-    residual = np.array([np.sqrt(np.mean((row - p @ flat_modes) ** 2))
-                         for row, p in zip(flat, parameters.astype(np.float32), strict=True)])
-    size = np.sqrt(((parameters / found.deviations) ** 2).mean(axis=1))
-    return Limits(stable, shape, robust_limit(residual, config.outlier, LEAST_TEXTURE),
-                  robust_limit(size, config.outlier, LEAST_PARAMETERS))
+        part = rows[start:start + int(kept.sum())]
+        shape_centre, texture_centre = (tracked[clip].mean, own) if config.clip_means else (mean, mean_texture)
+        part[:, :width] = (tracked[clip].shapes[frames[kept]] - shape_centre).reshape(len(part), -1)
+        part[:, width:] = (texture[kept] - texture_centre).reshape(len(part), -1)
+        start += len(part)
+    rows -= rows.mean(axis=0)  # the chosen frames' own mean is not exactly the clips'
+    return rows, mean_texture

@@ -1,5 +1,6 @@
 """The triangle mesh over a shape, and the piecewise affine warp of a picture to it."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,34 +9,63 @@ import numpy as np
 import scipy.sparse
 from scipy.spatial import Delaunay
 
+from dnnvss.errors import DnnvssError
+
+Triangle = tuple[int, ...]
 _ROW = 256
 """Width of the map handed to ``cv2.remap``, which takes no more than 32767 pixels in a row."""
 
 
 def triangulate(points: np.ndarray) -> np.ndarray:
-    """Return the Delaunay triangles (K, 3) of points (P, 2), all turning the same way.
+    """Return the Delaunay triangles (K, 3) of points (P, 2), all turning the same way, without slivers on the rim.
 
-    Slivers are left out along the outline, where three points nearly on a line make one; inside they stay, since a
-    missing one would be a hole.
+    A triangle goes from the rim if its area is under a fiftieth of its longest side squared and its third point lies
+    inside; what is left has no hole, and its rim passes each point once.
     """
     triangles = Delaunay(points).simplices
     area = signed_area(points, triangles)
     triangles = np.where((area < 0)[:, None], triangles[:, ::-1], triangles)
     sides = points[triangles] - points[np.roll(triangles, 1, axis=1)]
     longest = np.linalg.norm(sides, axis=-1).max(axis=1)
-    thin = np.abs(area) <= 0.02 * longest**2
-    while True:
-        outline = outline_edges(triangles)
-        rim = np.array([any((int(t[i]), int(t[i - 2])) in outline for i in range(3)) for t in triangles])
-        if not (thin & rim).any():
-            return triangles.astype(np.int32)
-        triangles, thin = triangles[~(thin & rim)], thin[~(thin & rim)]
+    thin = [tuple(int(i) for i in t) for t in triangles[np.abs(area) < 0.02 * longest**2]]
+    left = {tuple(int(i) for i in t) for t in triangles}
+    while thin and (sliver := _peelable(left, thin)) is not None:
+        left.remove(sliver)
+        thin.remove(sliver)
+    return np.array([t for t in triangles.tolist() if tuple(t) in left], dtype=np.int32)
 
 
-def outline_edges(triangles: np.ndarray) -> set[tuple[int, int]]:
-    """Return the directed edges of a mesh (K, 3) that belong to one triangle only; all triangles turn the same way."""
-    edges = {(int(t[i]), int(t[i - 2])) for t in triangles for i in range(3)}
-    return {(a, b) for a, b in edges if (b, a) not in edges}
+def _peelable(triangles: Iterable[Triangle], thin: Sequence[Triangle]) -> Triangle | None:
+    """Return a thin triangle with one edge on the rim whose third point is inside, if there is one."""
+    following = rim_edges(triangles)
+    for triangle in thin:
+        edges = [(triangle[i], triangle[(i + 1) % 3]) for i in range(3)]
+        outer = [i for i, (a, b) in enumerate(edges) if following.get(a) == b]
+        if len(outer) == 1 and triangle[(outer[0] + 2) % 3] not in following:
+            return triangle
+    return None
+
+
+def rim_edges(triangles: Iterable[Sequence[int]]) -> dict[int, int]:
+    """Return each rim point's follower: the edges that belong to one triangle only, in the triangles' turn."""
+    edges = {(int(t[i]), int(t[(i + 1) % 3])) for t in triangles for i in range(3)}
+    return {a: b for a, b in edges if (b, a) not in edges}
+
+
+def rim(triangles: Iterable[Sequence[int]]) -> np.ndarray:
+    """Return the points (R,) on the rim of a mesh, in their order.
+
+    Raises:
+        DnnvssError: the rim is not one closed line.
+    """
+    following = rim_edges(triangles)
+    points = [min(following)]
+    while (point := following[points[-1]]) != points[0] and len(points) <= len(following):
+        points.append(point)
+    if len(points) != len(following):
+        raise DnnvssError("the rim of the model's mesh is not one closed line",
+                          remedy="Choose a point set whose points do not lie in separate patches")
+    return np.array(points)
 
 
 def signed_area(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

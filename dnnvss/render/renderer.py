@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from dnnvss.aam import ActiveAppearanceModel
-from dnnvss.aam.mesh import outline_edges, signed_area
+from dnnvss.aam.mesh import rim, signed_area
 from dnnvss.aam.model import lip_pairs
 from dnnvss.aam.pose import to_reference
 from dnnvss.errors import DnnvssError
@@ -169,29 +169,12 @@ def _with_ring(model: ActiveAppearanceModel, points: np.ndarray, ring: float) ->
 
     Each point of the mesh's rim has a ring point further out from the mesh's middle; ring points never move.
     """
-    rim = _rim(model.warp.triangles)
-    middle = points[rim].mean(axis=0)
-    outer = middle + (points[rim] - middle) * (1 + ring)
-    own = len(points) + np.arange(len(rim))
-    after, own_after = np.roll(rim, -1), np.roll(own, -1)
-    strip = np.concatenate([np.column_stack([rim, own, after]), np.column_stack([after, own, own_after])])
+    edge = rim(model.warp.triangles)
+    middle = points[edge].mean(axis=0)
+    outer = middle + (points[edge] - middle) * (1 + ring)
+    own = len(points) + np.arange(len(edge))
+    after, own_after = np.roll(edge, -1), np.roll(own, -1)
+    strip = np.concatenate([np.column_stack([edge, own, after]), np.column_stack([after, own, own_after])])
     turned = signed_area(np.vstack([points, outer]), strip) < 0
     strip[turned] = strip[turned][:, ::-1]
     return np.concatenate([model.warp.triangles, strip]), outer
-
-
-def _rim(triangles: np.ndarray) -> np.ndarray:
-    """Return the points on the rim of a mesh in their order: the edges of its outline, end to end.
-
-    Raises:
-        DnnvssError: the outline is not one closed line.
-    """
-    outline = outline_edges(triangles)
-    following = dict(outline)
-    rim = [min(following)]
-    while len(rim) < len(outline) and (point := following[rim[-1]]) != rim[0]:
-        rim.append(point)
-    if len(rim) != len(outline) or following[rim[-1]] != rim[0]:
-        raise DnnvssError("the outline of the model's mesh is not one closed line",
-                          remedy="Choose a point set whose points do not lie in separate patches")
-    return np.array(rim)

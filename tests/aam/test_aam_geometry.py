@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dnnvss.aam import Warp, triangulate
-from dnnvss.aam.mesh import barycentric, signed_area
+from dnnvss.aam.mesh import barycentric, rim, signed_area
 from dnnvss.aam.pose import (
     PoseReference,
     fill_invalid,
@@ -16,6 +16,7 @@ from dnnvss.aam.pose import (
     to_image,
     to_reference,
 )
+from dnnvss.errors import DnnvssError
 
 SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 6.0], [0.0, 6.0]])
 
@@ -29,6 +30,25 @@ def test_triangles_of_a_square_cover_it_once_and_turn_one_way() -> None:
 def test_slivers_on_the_rim_are_left_out() -> None:
     points = np.vstack([SQUARE, [[4.0, 6.001]]])
     assert (signed_area(points, triangulate(points)) > 0.5).all()
+
+
+def test_the_rim_passes_each_point_once_and_inner_slivers_stay() -> None:
+    random = np.random.default_rng(8)
+    for _ in range(60):
+        along = np.sort(random.uniform(0, np.pi, 9))
+        jaw = np.column_stack([40 * np.cos(along), 30 * np.sin(along)]) + random.normal(0, 0.3, (9, 2))
+        lips = np.column_stack([np.linspace(-12, 12, 7), np.r_[8:8:4j, 8:8.3:3j]])
+        points = np.vstack([jaw, lips, lips + np.array([0, 0.2]), random.uniform(-6, 6, (4, 2)) - [0, 4]])
+        triangles = triangulate(points)
+        outline = points[rim(triangles)]
+        x, y = outline.T
+        enclosed = 0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+        assert signed_area(points, triangles).sum() == pytest.approx(enclosed)
+
+
+def test_a_mesh_in_two_patches_has_no_rim() -> None:
+    with pytest.raises(DnnvssError, match="not one closed line"):
+        rim(np.array([[0, 1, 2], [3, 4, 5]]))
 
 
 def test_barycentric_coordinates_by_hand() -> None:
