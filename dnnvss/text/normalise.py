@@ -23,6 +23,7 @@ _EMPHASIS = re.compile(r"(?<![\w*])(\*{1,3})(?=[^\s*])([^*\n]*[^\s*])\1(?!\w)"
 _ELIDED = re.compile(r"['\u2019](?:\d\ds|em|til|cause|tis|twas|bout|round|n['\u2019]?)(?!\w)", re.IGNORECASE)
 _QUANTITY = re.compile(r"['\u2019+\-\u2212(.$£€¥₹]*\d|[-\u2212]?[$£€¥₹]|[A-Za-z]{3,9}\.?\s(?:the\s)?\d|the\s\d",
                        re.IGNORECASE)
+_SHARP = re.compile(r"\b[A-G]$")
 _MAJOR = re.compile(r"[.!?\u2026\u203d\u00a1\u00bf]+")
 _MINOR = re.compile(r"[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7]+|-+(?=\s|-|$)|(?<=\s)-+")
 _SILENT = re.compile(r"[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u00b4/*_#-]")
@@ -95,11 +96,16 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
 
 def _quiet_sign(text: str, at: int) -> bool:
     """Return whether the sign at a position says nothing: quotes, and what joins two words or frames one."""
-    sign, before, after = text[at], text[at - 1 : at], text[at + 1 : at + 2]
-    if sign in "/*_#-":
-        return bool(sign in "/-_" and before.isalnum() and after.isalnum()) or bool(
-            sign in "*#" and (not after.strip() or after == sign or before == sign)) or bool(
-            sign == "#" and after.isalpha()) or bool(sign == "_" and (not after.strip() or not before.strip()))
+    sign, before, after = text[at], text[max(at - 1, 0) : at], text[at + 1 : at + 2]
+    alone = not after.strip() or sign in (before, after)
+    if sign in "/-_" and before.isalnum() and after.isalnum():
+        return True  # and/or, snake_case
+    if sign in "/-":
+        return False
+    if sign == "#":
+        return not _SHARP.search(text[:at]) and (alone or after.isalpha())
+    if sign in "*_":
+        return alone or (sign == "_" and not before.strip())
     return not (sign in "'\u2019" and after.isalnum() and not before.isalnum() and _elided(text, at))
 
 
@@ -161,7 +167,8 @@ def _add(found: list[Token], match: re.Match[str], said: list[str] | list[Token]
 
 
 def _symbol(text: str, at: int, found: list[Token]) -> int | None:
-    entry = table("symbols").get(text[at])
+    sharp = text[at] == "#" and _SHARP.search(text[:at])
+    entry = ("sharp",) if sharp else table("symbols").get(text[at])
     if entry is None:
         return None
     found.append(Token(text[at], tuple(entry[0].split())))

@@ -92,7 +92,8 @@ def _address_part(part: str) -> list[str]:
 
 # ---- initials, acronyms, abbreviations -------------------------------------------------------------------------------
 
-INITIALS = re.compile(r"(?:[A-Za-z]\.){2,}(?:[A-Za-z](?![\w]))?|[A-Z]\.(?=\s?[A-Z])")
+INITIALS = re.compile(r"(?:[A-Za-z]\.){2,}(?:[A-Za-z](?![\w]))?|[A-Z]\.(?=\s?[A-Z])|[A-Z]{1,3}(?=&[A-Z])|Ph\.\s?D\.?"
+                      r"|[A-G](?=#)")
 
 
 def ends_sentence(after: str) -> bool:
@@ -149,8 +150,9 @@ def roman(match: re.Match[str], place: Place) -> list[str] | None:
 
 # ---- words -----------------------------------------------------------------------------------------------------------
 
-WORD = re.compile(r"(?:[^\W\d_]|[\u0300-\u036f])+(?:['\u2019\u02bc](?:[^\W\d_]|[\u0300-\u036f])+)*"
-                  r"(?:[-\u2010\u2011](?:[^\W_]|['\u2019])+)*['\u2019]?|['\u2019](?:[^\W\d_]|[\u0300-\u036f])+")
+_LETTER = r"(?:[^\W\d_\u00b2\u00b3\u00b9\u00bc-\u00be\u2070-\u2089]|[\u0300-\u036f])"  # no raised digits
+WORD = re.compile(rf"{_LETTER}+(?:['\u2019\u02bc]{_LETTER}+)*(?:[-\u2010\u2011](?:[^\W_]|['\u2019])+)*['\u2019]?"
+                  rf"|['\u2019]{_LETTER}+")
 
 
 def word(match: re.Match[str], place: Place) -> list[str] | None:

@@ -48,6 +48,8 @@ def said(text: str, variant: str = "en_us") -> str:
     ("naïve café ﬁne Zürich", "naive cafe fine zurich"),
     ("line one\nline two\n\nline three", "line one line two. line three"),
     ("<speak>Hi <b>there</b><break time=\"200ms\"/> you</speak>", "hi there. you"),
+    ("E = mc², a Ph.D. at AT&T in C# or F# minor",
+     "E equals mc squared, a P H D at A T and T in C sharp or F sharp minor"),
     ("snake_case and/or camelCase", "snake case and or camel case"),
 ])
 def test_words(text: str, words: str) -> None:
