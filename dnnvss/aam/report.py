@@ -100,7 +100,7 @@ def _between_clips(
 
 def _off_colour(read: Mapping[str, ClipCode]) -> dict[str, list[float]]:
     """Return utterance to its mean colour less the others' (grey levels of red, green, blue), where that is far out."""
-    colours = np.array([code.texture_offset.mean(axis=0) for code in read.values()])
+    colours = np.array([code.texture_offset.mean(axis=0, dtype=np.float64) for code in read.values()])
     centred = colours - np.median(colours, axis=0)
     spread = np.maximum(1.4826 * np.median(np.abs(centred), axis=0), 0.5)
     far = (np.abs(centred) > OFF_COLOUR * spread).any(axis=1)
