@@ -36,17 +36,17 @@ class FitSettings:
     """
 
     optimizer: str = "adamw"
-    learning_rate: float = 1e-3
+    learning_rate: float = 3e-3
     momentum: float = 0.9
     weight_decay: float = 0.0
     schedule: str = "cosine"
     warmup: float = 0.02
-    batch_size: int = 256
-    epochs: int = 30
+    batch_size: int = 512
+    epochs: int = 12
     share: float = 0.5
-    patience: int = 8
+    patience: int = 12
     reduction: str = "mean"
-    stream_weights: tuple[float, ...] = (1.0, 1.0, 1.0)
+    stream_weights: tuple[float, ...] = (1.0, 0.5, 0.1)
     clip: float = 1.0
     average: float = 0.0
     precision: str = "32-true"
