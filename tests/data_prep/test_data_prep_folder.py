@@ -1,0 +1,125 @@
+"""A folder of recordings becomes a corpus; what is wrong with a recording is said, and costs that recording alone."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data_prep.demo import prepare_demo
+from data_prep.folder import prepare_folder
+from dnnvss import files
+from dnnvss.corpus import Corpus, read_audio, read_video
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import write_alignment
+from dnnvss.render import write_video
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Five recordings of the built-in talker as a user has them: video with sound, words, landmarks, phone times."""
+    home = tmp_path_factory.mktemp("folder")
+    corpus = prepare_demo(home / "demo", sentences=5, size=80, jobs=1)
+    raw = home / "raw"
+    for u in corpus.utterances.values():
+        sound = read_audio(corpus.path(u, "audio"))
+        write_video(raw / f"{u.id}.mp4", read_video(corpus.path(u, "video")), u.rate, sound, 16000)
+        files.write_text(raw / f"{u.id}.txt", u.text)
+        shutil.copyfile(corpus.path(u, "landmarks"), raw / f"{u.id}.npz")
+        write_alignment(raw / f"{u.id}.TextGrid", u.alignment)
+    files.write_json(raw / "landmarks.json", {"groups": corpus.info.landmark_groups})
+    return raw
+
+
+@pytest.fixture
+def raw(recordings: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(recordings, tmp_path / "raw"))
+
+
+def test_everything_is_taken_over(recordings: Path, tmp_path: Path) -> None:
+    corpus = Corpus.open(prepare_folder(recordings, tmp_path / "out", jobs=1))
+    demo = Corpus.open(recordings.parent / "demo")
+    assert corpus.utterances.keys() == demo.utterances.keys() and corpus.info.size == (80, 80)
+    for name, u in corpus.utterances.items():
+        other = demo.utterances[name]
+        assert (u.text, u.frames, u.rate) == (other.text, other.frames, other.rate)
+        assert u.alignment["phones"].labels == other.alignment["phones"].labels
+        np.testing.assert_allclose(u.alignment["phones"].edges[:-1], other.alignment["phones"].edges[:-1], atol=1e-3)
+        points, valid = corpus.landmarks(u)
+        np.testing.assert_array_equal(points[valid], demo.landmarks(other)[0][valid])
+        assert valid.mean() > 0.9  # five clips are few to tell a quick movement from a ghost
+    assert sum(len(corpus.split(s)) for s in ("train", "val", "test")) == 5
+
+
+def spoil_transcript(raw: Path) -> None:
+    (raw / "demo_001.txt").unlink()
+
+
+def empty_transcript(raw: Path) -> None:
+    (raw / "demo_001.txt").write_text(" \n")
+
+
+def spoil_video(raw: Path) -> None:
+    (raw / "demo_001.mp4").write_bytes(b"no video at all")
+
+
+def silence_video(raw: Path) -> None:
+    write_video(raw / "demo_001.mp4", read_video(raw / "demo_001.mp4"), 30)
+
+
+def shorten_landmarks(raw: Path) -> None:
+    arrays = files.read_arrays(raw / "demo_001.npz")
+    files.write_arrays(raw / "demo_001.npz", **{k: v[:-1] for k, v in arrays.items()})
+
+
+def spoil_landmarks(raw: Path) -> None:
+    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays["points"][7] = np.nan
+    files.write_arrays(raw / "demo_001.npz", **arrays)
+
+
+def remove_landmarks(raw: Path) -> None:
+    (raw / "demo_001.npz").unlink()
+
+
+def unknown_phone(raw: Path) -> None:
+    (raw / "demo_001.TextGrid").unlink()
+    (raw / "demo_001.lab").write_text("0 5000000 sil\n5000000 9000000 QQ\n")
+
+
+def gap(raw: Path) -> None:
+    (raw / "demo_001.TextGrid").unlink()
+    (raw / "demo_001.lab").write_text("0 5000000 sil\n6000000 30000000 AA\n")
+
+
+def overlap(raw: Path) -> None:
+    (raw / "demo_001.TextGrid").unlink()
+    (raw / "demo_001.lab").write_text("0 5000000 sil\n4000000 30000000 AA\n")
+
+
+@pytest.mark.parametrize("spoil, reason", [
+    (spoil_transcript, "demo_001.txt: no such file"), (empty_transcript, "holds no word"),
+    (spoil_video, "demo_001.mp4"), (silence_video, "has no sound"), (shorten_landmarks, "holds landmarks of"),
+    (spoil_landmarks, "frame 7 are NaN"), (remove_landmarks, "no landmarks"), (unknown_phone, "'QQ'"),
+    (gap, "gap"), (overlap, "overlap")], ids=lambda v: getattr(v, "__name__", ""))
+def test_a_bad_recording_is_dropped_with_its_reason(raw: Path, tmp_path: Path, spoil: Callable[[Path], None],
+                                                   reason: str) -> None:
+    spoil(raw)
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    assert "demo_001" not in corpus.utterances and len(corpus.utterances) == 4
+    report = (tmp_path / "out" / "report.md").read_text()
+    assert "demo_001" in report and reason in report
+    with pytest.raises(DnnvssError, match="demo_001"):
+        prepare_folder(raw, tmp_path / "strict", jobs=1, strict=True)
+    assert not (tmp_path / "strict" / "corpus.json").exists()
+
+
+def test_a_folder_without_videos_and_unknown_landmarks_are_refused(raw: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(DnnvssError, match="holds no video"):
+        prepare_folder(tmp_path / "empty", tmp_path / "out", jobs=1)
+    (raw / "landmarks.json").unlink()
+    with pytest.raises(DnnvssError, match="82 landmarks a frame, and their groups are not known"):
+        prepare_folder(raw, tmp_path / "out", jobs=1)
+    assert not (tmp_path / "out").exists()
