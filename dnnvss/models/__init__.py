@@ -2,6 +2,7 @@
 
 from dnnvss.models.base import Example, Prediction, VisualModel
 from dnnvss.models.feedforward import FeedForward
+from dnnvss.models.hsmm import HiddenSemiMarkov
 from dnnvss.models.means import PhoneMean, TrainingMean
 
-__all__ = ["Example", "FeedForward", "PhoneMean", "Prediction", "TrainingMean", "VisualModel"]
+__all__ = ["Example", "FeedForward", "HiddenSemiMarkov", "PhoneMean", "Prediction", "TrainingMean", "VisualModel"]
