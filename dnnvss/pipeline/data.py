@@ -1,6 +1,6 @@
 """From a prepared corpus to the examples that models see."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,6 +57,12 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
         return [task.example(u, codes[u.id].parameters, codes[u.id].valid) for u in utterances if u.id in codes]
 
     return {name: examples(corpus.split(name, variant)) for name in SPLITS}
+
+
+def word_frames(alignment: Alignment, clock: FrameClock, known: Collection[str]) -> np.ndarray:
+    """Return (T,) bool: True inside words that are not among the ``known`` ones."""
+    tier = alignment["words"]
+    return np.array([bool(w) and w not in known for w in tier.labels])[tier.frame_index(clock)]
 
 
 def speech_frames(alignment: Alignment, clock: FrameClock) -> np.ndarray:

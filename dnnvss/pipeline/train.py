@@ -13,7 +13,7 @@ from dnnvss.corpus import Corpus
 from dnnvss.evaluation import Report, evaluate
 from dnnvss.models import Example, PhoneMean, TrainingMean, VisualModel
 from dnnvss.phones import SILENCES
-from dnnvss.pipeline.data import SPLITS, Task, speech_frames, split_examples
+from dnnvss.pipeline.data import SPLITS, Task, speech_frames, split_examples, word_frames
 from dnnvss.pipeline.folder import Run, make_model, make_task, provenance, run_name
 from dnnvss.render import choose_neutral
 from dnnvss.render.plots import plot_trajectories
@@ -92,8 +92,18 @@ def evaluate_run(folder: Path, corpus: Corpus, task: Task, model: VisualModel,
         files.write_arrays(folder / "predictions" / f"{name}.npz", **arrays)
     report = evaluate(predicted, references, speech=speech, valid=valid)
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
-    files.write_text(folder / "metrics.md", f"{title}\n\n{report.markdown()}\n\n{corpus.info.credit}\n")
+    pages = [title, report.markdown()]
     print(f"\n{title}\n\n{report.table()}")
+    known = {w for e in examples["train"] for w in e.alignment["words"].labels}
+    unseen = {e.id: frames for e in test if (frames := word_frames(e.alignment, task.clock, known)).sum() > 1}
+    if unseen:
+        chosen = {name: {i: p[i] for i in unseen} for name, p in predicted.items()}
+        inside = evaluate(chosen, {i: references[i] for i in unseen}, speech=unseen, valid={i: valid[i] for i in unseen})
+        title = f"Inside words that never occur in training ({len(unseen)} sentences)"
+        pages += [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]
+        files.write_json(folder / "metrics_unseen_words.json", inside.to_json())
+        print(f"\n{title}: correlation " + ", ".join(f"{n} {inside.headline(n):.3f}" for n in chosen))
+    files.write_text(folder / "metrics.md", "\n\n".join([*pages, corpus.info.credit]) + "\n")
     _figures(folder, task, test[0], {name: p[test[0].id] for name, p in predicted.items()})
     return report
 
