@@ -98,7 +98,7 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         if not same:
             raise DnnvssError(f"was tested on other sentences, another face or another rate than {lead.folder}",
                               file=run.folder, remedy="Compare runs of one corpus, split, face and rate")
-    corpus = Corpus.open(lead.corpus)
+    corpus = _same_corpus(lead)
     model = ActiveAppearanceModel.load(lead.folder / "aam.npz")
     codes = _codes(lead)
     sentences = []
@@ -112,6 +112,16 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         tier = utterance.alignment["phones"]
         sentences.append(Sentence(i, reference.astype(float), tier, speech, valid, landmarks))
     return Bench(tuple(sentences), lead.clock, AAMFace(model), first)
+
+
+def _same_corpus(run: RunData) -> Corpus:
+    """Return the corpus of a run, whose phones are only right while it is the one that the run was tested on."""
+    corpus = Corpus.open(run.corpus)
+    trained_on = files.read_json(run.folder / "run.json").get("corpus")
+    if trained_on != corpus.fingerprint:
+        raise DnnvssError(f"was trained on the corpus {trained_on}, and {corpus.root} now holds {corpus.fingerprint}",
+                          file=run.folder, remedy="Prepare that corpus again, or train the run anew")
+    return corpus
 
 
 def _codes(run: RunData) -> Path | None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, make_smoothing_spline
+from scipy.linalg import solveh_banded
 
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock
@@ -32,15 +33,31 @@ def smoothing_spline(
     x = np.asarray(trajectory)
     if len(x) < _FEWEST:
         return x.copy()
-    penalty = None
     if cutoff is not None:
         if clock is None or cutoff <= 0:
             raise DnnvssError(f"a smoothing spline cannot have a cutoff of {cutoff} Hz without a clock or below zero",
                               remedy="Give clock=FrameClock(100) and a cutoff of, say, 8")
-        penalty = float(clock.rate / (2 * np.pi * cutoff)) ** 4
+        return _smoothed(x.astype(float), float(clock.rate / (2 * np.pi * cutoff)) ** 4).astype(x.dtype)
     frames = np.arange(len(x), dtype=float)
-    columns = [make_smoothing_spline(frames, column, lam=penalty)(frames) for column in x.astype(float).T]
+    columns = [make_smoothing_spline(frames, column)(frames) for column in x.astype(float).T]
     return np.stack(columns, axis=1).astype(x.dtype)
+
+
+def _smoothed(x: np.ndarray, penalty: float) -> np.ndarray:
+    """Return the smoothing spline of (T, D) at its knots: ``x - penalty Q g`` with ``(R + penalty Q'Q) g = Q'x``.
+
+    Q takes second differences, and R is the Gram matrix of the second derivative's hat functions. Linear in T.
+
+    **Source**: Reinsch, Smoothing by spline functions (1967); Green and Silverman, Nonparametric regression and
+        generalized linear
+    models (1994), section 2.3.
+    """
+    bands = np.empty((3, len(x) - 2))
+    bands[2] = 2 / 3 + 6 * penalty
+    bands[1] = 1 / 6 - 4 * penalty
+    bands[0] = penalty
+    bend = solveh_banded(bands, np.diff(x, n=2, axis=0))
+    return x - penalty * np.diff(np.pad(bend, ((2, 2), (0, 0))), n=2, axis=0)
 
 
 def interpolate(times: np.ndarray, values: np.ndarray, at: np.ndarray, kind: str = "hermite") -> np.ndarray:

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import torch
 from scipy.linalg import lapack
+from scipy.optimize import brentq
 
 from dnnvss.errors import DnnvssError
 from dnnvss.trajectory.equations import NormalEquations, precision_of
 from dnnvss.trajectory.multipliers import multiply
 from dnnvss.trajectory.windows import STATIC_DELTA_DELTA2, Windows
 
-_BISECTIONS = 60
+_STEPS = 200
 
 
 @dataclass(frozen=True)
@@ -78,9 +79,11 @@ def articulate(
     own: np.ndarray | None = None,
     mask: np.ndarray | None = None,
     centre: np.ndarray | None = None,
+    fade: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the trajectory (T, D) with its movement scaled about its centre: ``c + g (x - c)``, ``g = setting sqrt(n
-    / o)``.
+    """Return the trajectory (T, D) with its movement scaled about its centre, by ``g = setting sqrt(n / o)``.
+
+    Each frame becomes ``x + f (g - 1) (x - c)``; with f = 1 that is ``c + g (x - c)``.
 
     Correlation with the truth does not change, because each coefficient is only stretched; its variance does. A
     coefficient that does not move at all is left as it is.
@@ -94,6 +97,7 @@ def articulate(
             variance asked for.
         mask: (T,) bool, frames over which centre and own variance are taken, e.g. speech; all where None.
         centre: c, (D,); the mean over the mask where None.
+        fade: f, (T,), 1 where the dial acts in full, 0 where the trajectory is left as it is; 1 everywhere where None.
 
     **Source**: Silen et al., Ways to implement global variance in statistical speech synthesis (2012), section 3.
     """
@@ -103,7 +107,8 @@ def articulate(
     spread = kept.astype(float).var(axis=0) if own is None else np.asarray(own, float)
     still = spread <= 1e-18 * np.maximum(np.abs(middle), 1e-300) ** 2
     gain = np.asarray(setting) * np.sqrt(np.asarray(natural, float) / np.where(still, 1.0, spread))
-    return (middle + np.where(still, 1.0, gain) * (x - middle)).astype(x.dtype)
+    more = np.where(still, 0.0, gain - 1.0) * (x - middle)
+    return (x + (more if fade is None else np.asarray(fade)[:, None] * more)).astype(x.dtype)
 
 
 def with_global_variance(
@@ -118,7 +123,7 @@ def with_global_variance(
 
     For each coefficient it minimises ``(x - x0)' P (x - x0) / (W T) + weight (v(x) - mean)^2 / variance``, where ``P``
     is the matrix of :func:`mlpg`, ``x0`` its trajectory and ``v(x)`` the variance of x over the utterance. The optimum
-    solves ``(P + k C) x = P x0`` with C taking the mean away and one number k, which bisection finds: k is negative
+    solves ``(P + k C) x = P x0`` with C taking the mean away and one number k, which a root search finds: k is negative
     where the variance must grow. Slow movement is amplified most. Linear in T.
 
     Args:
@@ -147,17 +152,19 @@ def _column(bands: np.ndarray, x0: np.ndarray, wanted: float, strength: float) -
     """Return the minimiser for one coefficient, ``k = strength (v - wanted)``."""
     rhs = multiply(bands, x0)
     excess = strength * (x0.var() - wanted)
-    low, high = (-bands[0].max(), 0.0) if excess < 0 else (0.0, excess)
-    best = x0
-    for _ in range(_BISECTIONS):
-        k = 0.5 * (low + high)
+    if excess == 0:
+        return x0
+
+    def beyond(k: float) -> float:
+        """Return how far k is above its own condition; it grows with k, and too low a k has no solution."""
         x = _shifted_solution(bands, rhs, k)
-        if x is None or k < strength * (x.var() - wanted):
-            low = k
-        else:
-            high = k
-        best = best if x is None else x
-    return best
+        return -abs(excess) - bands[0].max() if x is None else k - strength * (x.var() - wanted)
+
+    low, high = (-bands[0].max(), 0.0) if excess < 0 else (0.0, excess)
+    k = brentq(beyond, low, high, xtol=1e-12 * bands[0].max(), rtol=1e-13, maxiter=_STEPS)
+    x = _shifted_solution(bands, rhs, k)
+    assert x is not None
+    return x
 
 
 def _shifted_solution(bands: np.ndarray, rhs: np.ndarray, k: float) -> np.ndarray | None:

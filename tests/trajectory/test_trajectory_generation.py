@@ -1,0 +1,135 @@
+"""The whole chain: plain by default, and each setting does what it says."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from dnnvss import DnnvssError
+from dnnvss.timing import FrameClock, Tier
+from dnnvss.trajectory import derivatives, mlpg
+from dnnvss.trajectory.constraints import hold
+from dnnvss.trajectory.generation import Style, Talker, generate, speech_variances, speech_weight
+from dnnvss.trajectory.rules import Gauge, measure, silent_frames
+
+CLOCK = FrameClock(100)
+TIER = Tier("phones", [(0, 0.5, "sil"), (0.5, 0.8, "AA"), (0.8, 0.9, "B"), (0.9, 1.2, "AA"), (1.2, 1.3, "F"),
+                       (1.3, 1.6, "AA"), (1.6, 2.0, "sil")])
+SPEECH = slice(50, 160)
+
+
+def face() -> SimpleNamespace:
+    """Six points of an inner lip in two modes: the first lowers the lower lip, the second raises the upper one."""
+    shape = np.array([[-10.0, 0], [-3, -1], [3, -1], [10, 0], [3, 1], [-3, 1]])
+    modes = np.zeros((2, 6, 2))
+    modes[0, 4:, 1], modes[1, 1:3, 1] = 1.0, -1.0
+    aperture = Gauge(np.array([1.0, 1.0]), 2.0)
+    return SimpleNamespace(mean_shape=shape, shape_modes=modes, aperture=aperture,
+                           layout=SimpleNamespace(inner=np.arange(6)))
+
+
+def movement(seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    x = gaussian_filter1d(rng.normal(size=(200, 2)), 5, axis=0)
+    x = x / x.std(axis=0) + 3.0
+    at_rest = silent_frames(TIER, CLOCK, 200)
+    x[at_rest] = [-1.0, -0.5] + 0.1 * rng.normal(size=(int(at_rest.sum()), 2))
+    x[80:90] = [-1.5, -1.0]
+    x[120:130, 0] = -0.7
+    return gaussian_filter1d(x, 1.5, axis=0)
+
+
+@pytest.fixture(scope="module")
+def talker() -> Talker:
+    references = [movement(seed) for seed in range(8)]
+    return Talker.of(references, [TIER] * 8, CLOCK, face())
+
+
+def prediction(gain=0.6):
+    x = movement(99)
+    mean = derivatives(3 + gain * (x - 3)).astype(np.float32)
+    return mean, np.array([0.3, 0.03, 0.01])[:, None] * np.ones(2)
+
+
+def test_what_is_learnt_of_the_talker(talker):
+    assert talker.rest == pytest.approx([-1.0, -0.5], abs=0.05) and (talker.rest_deviation < 0.2).all()
+    assert talker.closed == pytest.approx(2 - 1.5 - 1.0, abs=0.1)  # aperture 2 + x1 + x2 at its least on B
+    assert talker.raised == pytest.approx(1 - 0.7, abs=0.1)
+    assert talker.natural == pytest.approx(np.mean(speech_variances([movement(s) for s in range(8)], [TIER] * 8, CLOCK),
+                                                   axis=0), rel=0.1)
+
+
+def test_the_default_is_plain_mlpg_bit_for_bit(talker):
+    mean, variance = prediction()
+    x = generate(mean, variance, TIER, CLOCK, talker)
+    assert x.dtype == np.float32 and np.array_equal(x, mlpg(mean, variance))
+
+
+def test_the_dial_restores_the_variance_of_speech_and_leaves_silence(talker):
+    mean, variance = prediction()
+    flat = [mlpg(derivatives(3 + 0.6 * (movement(s) - 3)), variance) for s in range(20, 28)]
+    knowing = talker.knowing(flat, [movement(s) for s in range(20, 28)], [TIER] * 8, CLOCK)
+    assert knowing.own / talker.natural == pytest.approx([0.36, 0.36], rel=0.05)
+    plain = mlpg(mean, variance)
+    x = generate(mean, variance, TIER, CLOCK, knowing, Style(articulation=1.0))
+    assert x[SPEECH].var(axis=0) / plain[SPEECH].var(axis=0) == pytest.approx([1 / 0.36] * 2, rel=0.05)
+    assert np.array_equal(x[:40], plain[:40]) and np.array_equal(x[171:], plain[171:])
+    assert np.corrcoef(x[SPEECH, 0], plain[SPEECH, 0])[0, 1] == pytest.approx(1, abs=1e-6)
+    still = generate(mean, variance, TIER, CLOCK, knowing, Style(articulation=0.0))
+    assert still[SPEECH].var(axis=0).max() < 1e-8
+    groups = Style(articulation=1.0, groups={"upper": [1]}, by_group={"upper": 0.0})
+    one = generate(mean, variance, TIER, CLOCK, knowing, groups)
+    assert one[SPEECH, 1].var() < 1e-8 and np.array_equal(one[:, 0], x[:, 0])
+
+
+def test_without_held_out_trajectories_every_utterance_gets_the_talkers_variance(talker):
+    mean, variance = prediction()
+    x = generate(mean, variance, TIER, CLOCK, talker, Style(articulation=1.0))
+    assert x[SPEECH].var(axis=0) == pytest.approx(talker.natural, rel=1e-4)
+
+
+def test_lips_close_and_touch(talker):
+    mean, variance = prediction(0.3)
+    plain = generate(mean, variance, TIER, CLOCK, talker)
+    assert measure(talker.aperture, plain)[80:90].min() > talker.closed + 0.3
+    x = generate(mean, variance, TIER, CLOCK, talker, Style(closures=True, contacts=True))
+    assert measure(talker.aperture, x)[83:87].max() < talker.closed + 1e-5
+    assert measure(talker.lower_lip, x)[123:127].max() < talker.raised + 1e-5
+    all_of_it = Style(articulation=1.0, closures=True, contacts=True, rest=True)
+    own = hold([100], np.array([1.0, 0.0]), value=5.0, label="key")
+    y = generate(mean, variance, TIER, CLOCK, talker, all_of_it, constraints=own)
+    assert y[100, 0] == pytest.approx(5.0, abs=1e-5) and measure(talker.aperture, y)[83:87].max() < talker.closed + 1e-5
+
+
+def test_rest_in_silence(talker):
+    mean, variance = prediction(0.3)
+    x = generate(mean, variance, TIER, CLOCK, talker, Style(rest=True))
+    plain = generate(mean, variance, TIER, CLOCK, talker)
+    assert np.abs(x[:30] - talker.rest).max() < 0.5 * np.abs(plain[:30] - talker.rest).max()
+
+
+def test_the_dial_fades_by_half_a_cosine():
+    weight = speech_weight(TIER, CLOCK, 200)
+    assert (weight[SPEECH] == 1).all() and (weight[:40] == 0).all() and weight[45] == pytest.approx(0.5)
+    assert (np.diff(weight[40:51]) >= 0).all()
+    assert (speech_weight(Tier("phones", [(0, 1, "sil")]), CLOCK, 100) == 0).all()
+
+
+def test_a_talker_is_saved_and_loaded(talker, tmp_path):
+    for own in (talker, talker.knowing([movement(1)] * 2, [movement(2)] * 2, [TIER] * 2, CLOCK)):
+        back = Talker.load(own.save(tmp_path / "talker.npz"))
+        assert np.array_equal(back.natural, own.natural) and back.closed == own.closed and back.raised == own.raised
+        assert np.array_equal(back.aperture.vector, own.aperture.vector) and back.lower_lip.constant == 1.0
+        assert (back.own is None) == (own.own is None)
+    np.savez(tmp_path / "other.npz", natural=np.ones(2))
+    with pytest.raises(DnnvssError, match=r"other\.npz.*lacks"):
+        Talker.load(tmp_path / "other.npz")
+
+
+def test_a_talker_needs_silence_and_speech():
+    spoken = Tier("phones", [(0, 2.0, "AA")])
+    with pytest.raises(DnnvssError, match="silence"):
+        Talker.of([movement(0)], [spoken], CLOCK, face())
+    with pytest.raises(DnnvssError, match="speech"):
+        speech_variances([movement(0)], [Tier("phones", [(0, 2.0, "sil")])], CLOCK)
