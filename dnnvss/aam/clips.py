@@ -1,7 +1,7 @@
 """What goes into the model and what comes out: clips of a corpus, and their codes."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -58,6 +58,7 @@ class Clip:
 
 def corpus_clips(corpus: Corpus, utterances: Iterable[Utterance]) -> list[Clip]:
     """Return the clips of utterances; nothing is read yet."""
+    corpus = replace(corpus, utterances={})  # the records of all would travel to the workers with every clip
     return [Clip(u.id, float(u.rate), partial(corpus.landmarks, u), partial(_video, corpus, u)) for u in utterances]
 
 
