@@ -29,9 +29,9 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, landmarks (see
-    :func:`dnnvss.formats.read_landmarks`), and where they are known phone times ``ID.TextGrid`` or ``ID.lab``. Groups of
-    landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of 68-point
-    landmarks. ``splits/{train,val,test}.txt`` are used where they are, otherwise drawn.
+    :func:`dnnvss.formats.read_landmarks`), and where they are known phone times ``ID.TextGrid`` or ``ID.lab``. Groups
+    of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of
+    68-point landmarks. ``splits/{train,val,test}.txt`` are used where they are, otherwise drawn.
 
     Args:
         raw: the folder of recordings.

@@ -20,10 +20,12 @@ class CodeLinear(nn.Module):
         binary: number of binary columns; index ``binary`` is padding.
         numeric: number of numeric columns.
         out: number of units.
+        dropout: share of the active columns left out in training.
     """
 
-    def __init__(self, binary: int, numeric: int, out: int) -> None:
+    def __init__(self, binary: int, numeric: int, out: int, dropout: float = 0.0) -> None:
         super().__init__()
+        self.dropout = dropout
         self.weight = nn.Parameter(torch.zeros(binary + 1, out))
         self.numeric_weight = nn.Parameter(torch.zeros(numeric, out))
         self.bias = nn.Parameter(torch.zeros(out))
@@ -39,6 +41,9 @@ class CodeLinear(nn.Module):
 
     def forward(self, active: Tensor, numeric: Tensor) -> Tensor:
         """Return (B, out) for active column indices (B, A) and normalised numeric inputs (B, N)."""
+        if self.training and self.dropout:
+            kept = torch.rand(active.shape, device=active.device) >= self.dropout
+            active = torch.where(kept, active, self.weight.shape[0] - 1)
         summed = nn.functional.embedding_bag(active, self.weight, mode="sum", padding_idx=self.weight.shape[0] - 1)
         return torch.addmm(summed + self.bias, numeric, self.numeric_weight)
 
@@ -55,20 +60,21 @@ class FeedForward(nn.Module):
         hidden: width of each hidden layer.
         activation: ``tanh``, ``sigmoid`` or ``relu``.
         dropout: share of hidden units dropped in training.
+        input_dropout: share of active binary inputs dropped in training.
 
     Raises:
         DnnvssError: no hidden layer, or an unknown activation.
     """
 
     def __init__(self, binary: int, numeric: int, active: int, out: int, hidden: Sequence[int] = (512, 512, 512),
-                 activation: str = "tanh", dropout: float = 0.0) -> None:
+                 activation: str = "tanh", dropout: float = 0.0, input_dropout: float = 0.0) -> None:
         super().__init__()
-        if not hidden or min(hidden) < 1 or not 0 <= dropout < 1:
-            raise DnnvssError(f"hidden layers {list(hidden)} with dropout {dropout} make no network",
+        if not hidden or min(hidden) < 1 or not (0 <= dropout < 1 and 0 <= input_dropout < 1):
+            raise DnnvssError(f"hidden layers {list(hidden)} with dropout {dropout}, {input_dropout} make no network",
                               remedy="Give at least one positive width and a dropout from 0 to below 1")
         if activation not in ACTIVATIONS:
             raise DnnvssError(f"unknown activation {activation!r}", remedy=f"Use one of {sorted(ACTIVATIONS)}")
-        self.first = CodeLinear(binary, numeric, hidden[0])
+        self.first = CodeLinear(binary, numeric, hidden[0], input_dropout)
         self.first.reset(active)
         layers: list[nn.Module] = [ACTIVATIONS[activation](), nn.Dropout(dropout)]
         for before, after in pairwise(hidden):

@@ -66,7 +66,7 @@ def make_plan(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
         DnnvssError: none of them is given, or one cannot be used.
     """
     if config.alignment:
-        return _from_alignment(config)
+        return _from_alignment(config, voice)
     if not config.text or not str(config.text).strip():
         raise DnnvssError("nothing to say: text is empty", remedy='Give text="...", or alignment=FILE')
     return _from_voice(config, voice) if config.wav else _from_text(config, run, voice)
@@ -81,20 +81,20 @@ def _choices(word: "Word", variant: str) -> list[tuple[str, ...]]:
     return list(dict.fromkeys([first, *others]))
 
 
-def _parsed(config: DictConfig, voice: dict[str, Any]) -> "Sentence":
+def _parsed(config: DictConfig, voice: dict[str, Any], text: str | None = None) -> "Sentence":
     from dnnvss.text.overrides import read_overrides
     from dnnvss.text.sentence import parse
 
     overrides = read_overrides(config.overrides) if config.overrides else None
-    return parse(str(config.text), variant=voice["variant"], overrides=overrides)
+    return parse(text or str(config.text), variant=voice["variant"], overrides=overrides)
 
 
-def _from_alignment(config: DictConfig) -> Plan:
+def _from_alignment(config: DictConfig, voice: dict[str, Any]) -> Plan:
     alignment = read_alignment(config.alignment)
     text = str(config.text) if config.text else " ".join(w for w in alignment["words"].labels if w)
     if config.wav:
         return Plan(text, alignment, read_audio(config.wav, _SOUND_RATE), notes={"engine": "the given recording"})
-    return _spoken(config, Plan(text, alignment), None)
+    return _spoken(config, voice, Plan(text, alignment), None)
 
 
 def _from_voice(config: DictConfig, voice: dict[str, Any]) -> Plan:
@@ -115,15 +115,18 @@ def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
     alignment = durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in,
                                   lead_out=config.lead_out)
     plan = Plan(sentence.text, alignment, notes={"pronunciation": sentence.report()})
-    return _spoken(config, plan, sentence)
+    return _spoken(config, voice, plan, sentence)
 
 
-def _spoken(config: DictConfig, plan: Plan, sentence: "Sentence | None") -> Plan:
+def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Sentence | None") -> Plan:
     if config.speech.engine == "none":
         return plan
     from dnnvss.speech.engines import find_engine
 
-    engine = find_engine(config.speech.engine)
+    if sentence is None:
+        sentence = _parsed(config, voice, plan.text)
+    timed = bool(config.alignment or config.total or config.speed != 1)
+    engine = find_engine(config.speech.engine, imposing=timed)
     speech = engine.speak(sentence, plan.alignment)
     print(f"speech: {engine.name}")
     return Plan(plan.text, speech.alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})

@@ -98,7 +98,8 @@ def evaluate_run(folder: Path, corpus: Corpus, task: Task, model: VisualModel,
     unseen = {e.id: frames for e in test if (frames := word_frames(e.alignment, task.clock, known)).sum() > 1}
     if unseen:
         chosen = {name: {i: p[i] for i in unseen} for name, p in predicted.items()}
-        inside = evaluate(chosen, {i: references[i] for i in unseen}, speech=unseen, valid={i: valid[i] for i in unseen})
+        measured = {i: references[i] for i in unseen}
+        inside = evaluate(chosen, measured, speech=unseen, valid={i: valid[i] for i in unseen})
         title = f"Inside words that never occur in training ({len(unseen)} sentences)"
         pages += [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]
         files.write_json(folder / "metrics_unseen_words.json", inside.to_json())

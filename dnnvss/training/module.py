@@ -70,7 +70,7 @@ class FrameRegression(L.LightningModule):
             optimizer: torch.optim.Optimizer = torch.optim.SGD(
                 self.parameters(), lr=s.learning_rate, momentum=s.momentum, weight_decay=s.weight_decay)
         else:
-            optimizer = torch.optim.AdamW(self.parameters(), lr=s.learning_rate, weight_decay=s.weight_decay, fused=True)
+            optimizer = torch.optim.AdamW(self.parameters(), s.learning_rate, weight_decay=s.weight_decay, fused=True)
         total = max(1, int(self.trainer.estimated_stepping_batches))
         warmup = max(1, int(s.warmup * total))
 

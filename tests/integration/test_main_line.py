@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig
 
-from conftest import ROOT
 from data_prep.demo import prepare_demo
 from dnnvss import files
 from dnnvss.corpus import read_audio, read_video, video_info
@@ -86,7 +86,7 @@ def test_text_becomes_a_video_with_sound_and_everything_beside_it(home: Path) ->
     assert len(read_audio(out)) / 16000 == pytest.approx(alignment.end, abs=0.1)
     assert out.with_suffix(".png").is_file()
     report = json.loads(out.with_suffix(".json").read_text())
-    assert report["engine"] == "formant" and [w["spoken"] for w in report["pronunciation"]][0] == "hello"
+    assert report["engine"] == "formant" and report["pronunciation"][0]["spoken"] == "hello"
 
 
 def test_face_moves_with_the_words_and_rests_in_silence(home: Path) -> None:
@@ -147,6 +147,7 @@ def test_unseen_phone_gets_its_neighbour() -> None:
 
 def test_commands_print_one_line_for_a_mistake(home: Path, tmp_path: Path) -> None:
     for program, arguments in (("train.py", ["corpus.out=nowhere"]), ("synth.py", ["runs=nowhere", "text=a, b: c"])):
-        done = subprocess.run([sys.executable, ROOT / program, *arguments], capture_output=True, text=True, cwd=tmp_path)
+        command = [sys.executable, ROOT / program, *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
         assert done.returncode == 1 and done.stderr.startswith("error: nowhere") and done.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
