@@ -1,0 +1,98 @@
+"""From a run folder on disk to the report: the toy talker of the appearance model's tests."""
+
+import json
+import shutil
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from aam.aam_cases import CONFIG, clip_arrays, corpus
+
+from dnnvss import DnnvssError, files
+from dnnvss.aam import Clip, encode_clip, fit_aam
+from dnnvss.evaluation.__main__ import main
+from dnnvss.evaluation.runs import make_bench, read_run
+from dnnvss.timing import FrameClock
+from dnnvss.trajectory import resample
+
+
+def toys(data):
+    """Return name and clip of each sentence of the toy corpus, as its landmarks are on disk."""
+    def images(seed):
+        return clip_arrays(seed, move=(0.3 * seed, 0.2 * seed))[0]
+
+    return [(u.id, Clip(u.id, 25.0, partial(data.landmarks, u), partial(images, seed)))
+            for seed, u in enumerate(data.utterances.values())]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run of the toy corpus whose prediction is the truth, half as far from the mean."""
+    tmp_path = tmp_path_factory.mktemp("toy")
+    data = corpus(tmp_path / "corpus", 3)
+    model = fit_aam([c for _, c in toys(data)], data.info.landmark_groups, CONFIG, progress=False)
+    folder = tmp_path / "run"
+    model.save(folder / "aam.npz")
+    cache = tmp_path / "corpus" / "aam" / "key"
+    model.save(cache / "aam.npz")
+    reference = {}
+    for name, clip in toys(data):
+        code = encode_clip(model, clip.images(), *clip.landmarks(), 25.0)
+        code.save(cache / "codes" / f"{name}.npz")
+        reference[name] = resample(code.parameters, FrameClock(25), FrameClock(100))
+    speech = {i: np.arange(len(x)) >= 20 for i, x in reference.items()}
+    arrays = {"reference": reference, "predicted": {i: 0.5 * x for i, x in reference.items()}, "speech": speech,
+              "valid": {i: np.ones(len(x), bool) for i, x in reference.items()}}
+    for kind, values in arrays.items():
+        files.write_arrays(folder / "predictions" / f"{kind}.npz", **values)
+    files.write_text(folder / "config.yaml", f"trajectory: {{rate: 100}}\ncorpus: {{out: {tmp_path / 'corpus'}}}\n")
+    files.write_json(folder / "run.json", {"corpus": data.fingerprint})
+    return folder
+
+
+def test_landmarks_are_tracked_and_in_the_frame_of_the_face(run):
+    bench = make_bench([read_run(run)])
+    assert [s.id for s in bench.sentences] == ["toy0", "toy1", "toy2"] and bench.clock == FrameClock(100)
+    for s in bench.sentences:
+        expressed = bench.face.points(s.reference)
+        assert s.landmarks.shape == expressed.shape
+        assert np.abs(s.landmarks - expressed).mean() < 0.5  # pixels: what the six modes leave out
+    x = bench.sentences[0].reference
+    assert bench.face.aperture(x).std() > 0.5
+    moved = np.corrcoef(bench.face.aperture(x), bench.face.lower_lip(x))[0, 1]
+    assert moved > 0.9  # the toy talker opens with the lower lip
+
+
+def test_the_command_writes_three_reports(run, tmp_path, capsys):
+    assert main([str(run), "--out", str(tmp_path / "out"), "--first", "2"]) == 0
+    result = json.loads((tmp_path / "out" / "evaluation.json").read_text())
+    assert result["values"]["run"]["gv_ratio"]["value"] == pytest.approx(0.25, abs=1e-4)
+    assert result["values"]["run"]["correlation"]["value"] == pytest.approx(1.0)
+    assert result["values"]["truth"]["landmarks"]["value"] > 0
+    assert "truth + 80 ms" in (tmp_path / "out" / "evaluation.md").read_text()
+    assert (tmp_path / "out" / "evaluation.html").stat().st_size > 20_000
+    assert str(tmp_path / "out") in capsys.readouterr().out.splitlines()[-1]
+
+
+def test_another_corpus_is_refused(run, tmp_path, capsys):
+    stale = Path(shutil.copytree(run, tmp_path / "stale"))
+    files.write_json(stale / "run.json", {"corpus": "somethingelse"})
+    assert main([str(stale)]) == 1
+    assert "was trained on the corpus somethingelse" in capsys.readouterr().err
+    assert not (stale / "evaluation").exists()
+
+
+def test_runs_that_do_not_fit_are_refused(run, tmp_path, capsys):
+    assert main([str(tmp_path / "nothing")]) == 1
+    assert "no such file" in capsys.readouterr().err
+    assert main([str(run), str(run)]) == 1
+    assert "named twice" in capsys.readouterr().err
+    other = tmp_path / "other"
+    for name in ("config.yaml", "run.json"):
+        files.write_text(other / name, (run / name).read_text())
+    for kind in ("predicted", "speech", "valid", "reference"):
+        arrays = files.read_arrays(run / "predictions" / f"{kind}.npz")
+        files.write_arrays(other / "predictions" / f"{kind}.npz", **{k: v for k, v in arrays.items() if k != "toy1"})
+    with pytest.raises(DnnvssError, match="other sentences"):
+        make_bench([read_run(run), read_run(other)])
