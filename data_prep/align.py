@@ -1,16 +1,16 @@
 """Phone times of a recording: from the user's file, or by the aligner."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from dnnvss.corpus import read_audio
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning
 from dnnvss.speech.align import align
 from dnnvss.speech.align_words import words_over
+from dnnvss.timing import Alignment
 
 
 def heard(name: str, out: Path, audio: str, words: list[tuple[str, list[tuple[str, ...]]]],
@@ -34,10 +34,14 @@ def heard(name: str, out: Path, audio: str, words: list[tuple[str, list[tuple[st
     except DnnvssError as error:
         raise DnnvssError(error.problem, utterance=name, remedy=error.remedy) from error
     whole = spanning(found.alignment, float(frames / Fraction(rate)))
-    starts = [s.start for s in whole["words"] if s.label]
-    late = [a - b[0] for a, b in zip(starts, bounds, strict=True)] if bounds else []
     return {"alignment": whole.to_json(), "scores": [round(s, 2) for s in found.scores], "attempt": found.attempt,
-            "late": [round(s, 4) for s in late], "off": round(float(np.abs(late).max()), 3) if late else 0.0}
+            "late": lateness(whole, bounds)}
+
+
+def lateness(alignment: Alignment, bounds: Sequence[tuple[float, float]]) -> list[float]:
+    """Return by how many seconds each word starts after its given time; nothing where no times are given."""
+    starts = [s.start for s in alignment["words"] if s.label]
+    return [round(a - b[0], 4) for a, b in zip(starts, bounds, strict=True)] if bounds else []
 
 
 def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[str, ...]]]], frames: int,
@@ -56,4 +60,4 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
         raise DnnvssError(error.problem, file=path, utterance=name, remedy=error.remedy) from error
     if "words" not in whole:
         whole = whole.with_tier(words_over(whole["phones"], words))
-    return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": [], "off": 0.0}
+    return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": []}

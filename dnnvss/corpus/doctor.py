@@ -22,18 +22,25 @@ class Limits:
     """What counts as an outlier.
 
     Args:
-        jump: change between two pictures (mean grey levels of the thumbnails) over the corpus's median change.
+        jump: change between two pictures (mean grey levels of the thumbnails) over the corpus's median change, beyond
+            which they are not of one scene.
+        doubt: the same, beyond which the picture is suspect: where a damaged stretch ends, it jumps back.
         colour: distance of a clip's mean colour from the corpus's, in robust standard deviations.
         shape: distance of a face from the median face: root mean square over points, in robust standard deviations.
-        speed: the same for the change from one frame to the next.
+            A corpus that varies more has a higher limit: 1.6 times the 95th percentile of its frames.
+        speed: the same for the change from one frame to the next, with 2.2 times the percentile.
         place: distance of centre and log scale from the clip's median, in robust standard deviations of the corpus.
     """
 
     jump: float = 9.0
+    doubt: float = 4.5
     colour: float = 12.0
     shape: float = 2.75
     speed: float = 2.1
     place: float = 25.0
+
+
+LIMITS = Limits()
 
 
 def thumbnails(frames: np.ndarray) -> np.ndarray:
@@ -41,7 +48,7 @@ def thumbnails(frames: np.ndarray) -> np.ndarray:
     return np.stack([cv2.resize(frame, THUMBNAIL, interpolation=cv2.INTER_AREA) for frame in frames])
 
 
-def broken_pictures(clips: Mapping[str, np.ndarray], limits: Limits = Limits()) -> dict[str, np.ndarray]:
+def broken_pictures(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str, np.ndarray]:
     """Return for each clip which frames (F,) are broken pictures.
 
     A clip of a talking head has no cuts. Where the picture jumps, the clip is taken apart, and the part that looks most
@@ -51,13 +58,12 @@ def broken_pictures(clips: Mapping[str, np.ndarray], limits: Limits = Limits()) 
         clips: thumbnails (F, 12, 16, 3) of each clip.
         limits: the jump that counts.
     """
-    changes = {name: _changes(clip) for name, clip in clips.items()}
-    usual = max(float(np.median(np.concatenate(list(changes.values())))), 0.05)
+    changes = _relative_changes(clips)
     faces = {name: np.median(_standard(clip), axis=0) for name, clip in clips.items()}
     face = np.median(np.stack(list(faces.values())), axis=0)
     broken = {}
     for name, clip in clips.items():
-        cuts = np.flatnonzero(changes[name] > limits.jump * usual)
+        cuts = np.flatnonzero(changes[name] > limits.jump)
         parts = np.split(np.arange(len(clip)), cuts)
         likeness = [float((np.median(_standard(clip[part]), axis=0) * face).mean()) for part in parts if len(part)]
         parts = [part for part in parts if len(part)]
@@ -66,6 +72,24 @@ def broken_pictures(clips: Mapping[str, np.ndarray], limits: Limits = Limits()) 
         mask[best] = False
         broken[name] = mask
     return broken
+
+
+def jumps(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str, np.ndarray]:
+    """Return for each clip the frames (F,) at which the picture jumps, though within one scene.
+
+    Args:
+        clips: thumbnails (F, 12, 16, 3) of each clip.
+        limits: the jumps that count.
+    """
+    return {name: np.asarray((change > limits.doubt) & (change <= limits.jump))
+            for name, change in _relative_changes(clips).items()}
+
+
+def _relative_changes(clips: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the change (F,) from the picture before, over the corpus's median."""
+    changes = {name: _changes(clip) for name, clip in clips.items()}
+    usual = max(float(np.median(np.concatenate(list(changes.values())))), 0.05)
+    return {name: change / usual for name, change in changes.items()}
 
 
 def _changes(clip: np.ndarray) -> np.ndarray:
@@ -81,7 +105,7 @@ def _standard(clip: np.ndarray) -> np.ndarray:
     return grey / np.maximum(grey.std(axis=1, keepdims=True), 1e-3)
 
 
-def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = Limits()) -> dict[str, float]:
+def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str, float]:
     """Return the clips whose colour is far from the corpus's, with the distance in robust standard deviations.
 
     The colour of a clip is the median over its frames of the mean picture, its three channels centred on their mean, so
@@ -97,7 +121,7 @@ def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = Limits()) -> di
 
 
 def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
-           limits: Limits = Limits()) -> dict[str, np.ndarray]:
+           limits: Limits = LIMITS) -> dict[str, np.ndarray]:
     """Return for each clip which frames (F,) hold landmarks that cannot be the face, though marked valid.
 
     Faces are aligned to the median face by a similarity; the rest is compared with the corpus in robust standard
@@ -122,12 +146,13 @@ def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
     found = {}
     shapes = dict(zip(points, _split(aligned, points, valid), strict=True))
     wheres = dict(zip(points, _split(places, points, valid), strict=True))
+    shape, speed = _limits([(shapes[n] - middle) / spread for n in points], limits)
     for name, ok in valid.items():
         bad = np.zeros(len(ok), bool)
         index = np.flatnonzero(ok)
         if len(index):
-            bad[index] = _far((shapes[name] - middle) / spread, limits.shape)
-            fast = _far(np.diff(shapes[name], axis=0) / spread, limits.speed) & (np.diff(index) == 1)
+            bad[index] = _distance((shapes[name] - middle) / spread) > shape
+            fast = (_distance(np.diff(shapes[name], axis=0) / spread) > speed) & (np.diff(index) == 1)
             bad[index[1:][fast]] = bad[index[:-1][fast]] = True
             away = np.abs(wheres[name] - np.median(wheres[name], axis=0)) / place_spread
             bad[index] |= away.max(axis=1) > limits.place
@@ -139,8 +164,16 @@ def _split(rows: np.ndarray, points: Mapping[str, np.ndarray], valid: Mapping[st
     return np.split(rows, np.cumsum([int(valid[name].sum()) for name in points])[:-1])
 
 
-def _far(standard: np.ndarray, limit: float) -> np.ndarray:
-    return np.asarray(np.sqrt((standard**2).mean(axis=(1, 2))) > limit)
+def _distance(standard: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sqrt((standard**2).mean(axis=(1, 2))))
+
+
+def _limits(standard: list[np.ndarray], limits: Limits) -> tuple[float, float]:
+    """Return the limits of shape and speed for a corpus of standardised shapes."""
+    usual = np.percentile(np.concatenate([_distance(s) for s in standard]), 95)
+    moves = np.concatenate([_distance(np.diff(s, axis=0)) for s in standard])
+    usual_move = np.percentile(moves, 95) if len(moves) else 0.0
+    return max(limits.shape, 1.6 * float(usual)), max(limits.speed, 2.2 * float(usual_move))
 
 
 def _aligned(shapes: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
