@@ -6,4 +6,5 @@ from dnnvss.models.feedforward import FeedForward
 from dnnvss.models.hsmm import HiddenSemiMarkov
 from dnnvss.models.means import PhoneMean, TrainingMean
 
-__all__ = ["Codebook", "Example", "FeedForward", "HiddenSemiMarkov", "PhoneMean", "Prediction", "TrainingMean", "VisualModel"]
+__all__ = ["Codebook", "Example", "FeedForward", "HiddenSemiMarkov", "PhoneMean", "Prediction", "TrainingMean",
+           "VisualModel"]
