@@ -35,6 +35,9 @@ class HiddenSemiMarkov(VisualModel):
         realignments: how often the states are aligned anew.
     """
 
+    states_: list[Tree]
+    durations_: Tree
+
     def __init__(self, table: FeatureTable, clock: FrameClock, growth: dict[str, Any] | None = None,
                  duration_growth: dict[str, Any] | None = None, realignments: int = 1) -> None:
         super().__init__(table, clock)
