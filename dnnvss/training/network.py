@@ -1,6 +1,7 @@
 """A network behind the model interface: scaling, the fit, and prediction frame by frame."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,10 @@ _CHUNK = 4096  # frames a forward pass at prediction: bounds memory on an hour o
 
 
 class NetworkModel(VisualModel):
-    """A frame-wise network that predicts normalised streams from the active columns of the feature table.
+    """A frame-wise network, or the mean of several, that predicts normalised streams from active columns.
+
+    Members differ in the seed of their weights, batches and dropout; where they disagree, each has learnt noise of its
+    own, and the mean of them is closer to the talker than any one.
 
     Args:
         table: the feature table of the labels.
@@ -29,12 +33,18 @@ class NetworkModel(VisualModel):
         network: builds the network from ``binary``, ``numeric``, ``active`` and ``out`` (see
             :class:`dnnvss.models.FeedForward`).
         settings: of the fit.
+        members: how many networks are fitted and averaged.
+
+    Raises:
+        DnnvssError: less than one member.
     """
 
     def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
-                 settings: FitSettings) -> None:
+                 settings: FitSettings, members: int = 1) -> None:
         super().__init__(table, clock)
-        self.build, self.settings = network, settings
+        if members < 1:
+            raise DnnvssError(f"model.members={members} is less than one", remedy="Give 1 or more")
+        self.build, self.settings, self.members = network, settings, members
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit by gradient descent and keep the weights of the epoch with the least static error on ``val``.
@@ -47,12 +57,15 @@ class NetworkModel(VisualModel):
         frames = pooled(train)
         self.mean_, self.deviation_ = frames.mean(0), np.maximum(frames.std(0), 1e-8)
         self.scaler_ = NumericScaler.fit(_store(train))
-        torch.manual_seed(self.settings.seed)
-        self.network_ = self._new_network()
-        run_fit(self.network_, self._batches(train, self.settings.seed), self._batches(val), self.settings,
-                streams=self.mean_.shape[0], dimensions=self.mean_.shape[1], folder=folder,
-                preview=(val[0], self.predict))
-        self.network_.eval()
+        self.networks_: list[nn.Module] = []
+        for k in range(self.members):
+            settings = replace(self.settings, seed=self.settings.seed + k)
+            torch.manual_seed(settings.seed)
+            self.networks_.append(network := self._new_network())
+            run_fit(network, self._batches(train, settings.seed), self._batches(val), settings,
+                    streams=self.mean_.shape[0], dimensions=self.mean_.shape[1],
+                    folder=folder / f"member_{k + 1}" if k else folder, preview=(val[0], self.predict))
+            network.eval()
         self.variance_ = np.ones_like(self.mean_)
         errors = [(self.predict(e).mean - e.targets)[e.valid] for e in val]  # type: ignore[operator]
         self.variance_ = np.concatenate(errors).astype(np.float64).var(0) + 1e-12
@@ -67,7 +80,7 @@ class NetworkModel(VisualModel):
         """Return weights, scalers and error variances."""
         arrays = {"mean": self.mean_, "deviation": self.deviation_, "variance": self.variance_}
         return {
-            "network": {k: v.detach().cpu() for k, v in self.network_.state_dict().items()},
+            "networks": [{k: v.detach().cpu() for k, v in n.state_dict().items()} for n in self.networks_],
             "scaler": self.scaler_.describe(),
             **{name: torch.from_numpy(np.ascontiguousarray(a)) for name, a in arrays.items()},
         }
@@ -76,9 +89,9 @@ class NetworkModel(VisualModel):
         """Take over weights, scalers and error variances."""
         self.mean_, self.deviation_, self.variance_ = (state[n].numpy() for n in ("mean", "deviation", "variance"))
         self.scaler_ = NumericScaler.from_description(state["scaler"])
-        self.network_ = self._new_network()
-        self.network_.load_state_dict(state["network"])
-        self.network_.eval()
+        self.networks_ = [self._new_network().eval() for _ in state["networks"]]
+        for network, weights in zip(self.networks_, state["networks"], strict=True):
+            network.load_state_dict(weights)
 
     def _new_network(self) -> nn.Module:
         return self.build(binary=self.table.binary_width, numeric=self.table.numeric_width,
@@ -94,15 +107,16 @@ class NetworkModel(VisualModel):
 
     @torch.inference_mode()
     def _forward(self, codes: FrameCodes) -> np.ndarray:
-        device = next(self.network_.parameters()).device
-        training, out = self.network_.training, []
-        self.network_.eval()
+        device = next(self.networks_[-1].parameters()).device
+        training, out = self.networks_[-1].training, []
+        self.networks_[-1].eval()
         for start in range(0, len(codes), _CHUNK):
             frames = np.arange(start, min(start + _CHUNK, len(codes)))
             active = torch.from_numpy(codes.active(frames)).to(device)
             numeric = torch.from_numpy(self.scaler_(codes.numeric(frames))).to(device)
-            out.append(self.network_(active, numeric).float().cpu().numpy())
-        self.network_.train(training)
+            mean = torch.stack([n.to(device)(active, numeric).float() for n in self.networks_]).mean(0)
+            out.append(mean.cpu().numpy())
+        self.networks_[-1].train(training)
         return np.concatenate(out)
 
 

@@ -22,7 +22,7 @@ def network(settings: FitSettings = SETTINGS) -> NetworkModel:
 
 
 def weights(model: NetworkModel) -> np.ndarray:
-    return np.concatenate([v.numpy().ravel() for v in model.state()["network"].values()])
+    return np.concatenate([v.numpy().ravel() for v in model.state()["networks"][0].values()])
 
 
 def test_resumed_fit_ends_with_the_weights_of_an_uninterrupted_one(examples: dict[str, list[Example]],
@@ -43,6 +43,20 @@ def test_training_loss_falls_and_validation_is_logged(examples: dict[str, list[E
         errors.append(np.mean([np.mean((model.predict(e).mean - e.targets) ** 2) for e in examples["val"]]))
     assert errors[1] < 0.7 * errors[0]
     assert list((tmp_path / "long" / "tensorboard").glob("events*"))
+
+
+def test_members_are_the_networks_of_their_seeds_and_the_prediction_is_their_mean(
+        examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    short = replace(SETTINGS, epochs=1)
+    alone = [network(replace(short, seed=k)) for k in (0, 1)]
+    for k, model in enumerate(alone):
+        model.fit(examples["train"], examples["val"], tmp_path / f"alone{k}")
+    both = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16], dropout=0.2), short, members=2)
+    both.fit(examples["train"], examples["val"], tmp_path / "both")
+    expected = np.mean([m.predict(examples["test"][0]).mean for m in alone], axis=0)
+    np.testing.assert_allclose(both.predict(examples["test"][0]).mean, expected, atol=1e-5)
+    with pytest.raises(DnnvssError, match="members=0"):
+        NetworkModel(TABLE, CLOCK, partial(FeedForward), short, members=0)
 
 
 def test_divergence_names_rate_reduction_and_batch(examples: dict[str, list[Example]], tmp_path: Path) -> None:
