@@ -2,9 +2,9 @@
 
     OMP_NUM_THREADS=1 python benchmarks/mlpg.py
 
-nnmnkwii imports only beside an old setuptools: ``pip install "setuptools>=77.0.3,<81" nnmnkwii``. Each time is the median
-of repeated runs after a warm-up. The two differ at the edges only (nnmnkwii pads with zeros, dnnvss holds the end frames);
-the largest difference in the interior is printed.
+nnmnkwii imports only beside an old setuptools: ``pip install "setuptools>=77.0.3,<81" nnmnkwii``. Each time is a
+median of repeated runs after a warm-up. The two differ at the edges only: nnmnkwii pads with zeros, dnnvss holds the
+end frames; the largest difference in the interior is printed.
 """
 
 import time
