@@ -34,6 +34,6 @@ def find_engine(name: str = "auto", imposing: bool = False) -> Engine:
         raise DnnvssError(f"the speech engine {name} cannot speak here: {reason}",
                           remedy="Or take the best that is there with speech.engine=auto")
     if imposing and not engine.imposes:
-        raise DnnvssError(f"the speech engine {name} speaks in its own time only", remedy="Use speech=auto, or leave out "
-                          "the alignment, speed and total that set the time")
+        raise DnnvssError(f"the speech engine {name} speaks in its own time only",
+                          remedy="Use speech=auto, or leave out the alignment, speed and total that set the time")
     return engine
