@@ -19,9 +19,12 @@ def run(config: DictConfig) -> None:
     """Prepare the corpus that a configuration describes.
 
     Raises:
-        DnnvssError: no importer is named, or what the importer raises.
+        DnnvssError: a setting is missing, no importer is named, or what the importer raises.
     """
-    corpus: Any = OmegaConf.to_container(config.corpus, resolve=True, throw_on_missing=True)
+    missing = sorted(OmegaConf.missing_keys(config.corpus))
+    if missing:
+        raise DnnvssError(f"corpus.{missing[0]} is not set", remedy=f"Add corpus.{missing[0]}=... to the command")
+    corpus: Any = OmegaConf.to_container(config.corpus, resolve=True)
     settings = corpus.get("importer") or {k: v for k, v in corpus.items() if k not in ("name", "raw", "out", "split")}
     target = settings.pop("_target_", None) or BUILT_IN.get(corpus["name"])
     if target is None:

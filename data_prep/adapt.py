@@ -33,6 +33,10 @@ MOST = 3600.0
 SLACK = 0.2
 """Seconds by which a word may leave its given times."""
 
+LATE = 0.005
+"""Seconds by which edges between the talker's own phones are heard late: the median against the known phone times of
+three synthetic voices (300 sentences) was 1, 5 and 11 ms."""
+
 _TOGETHER = 32
 """Clips that are segmented side by side."""
 
@@ -104,7 +108,8 @@ def heard_again(name: str, out: Path, voice: str, audio: str, words: Words, boun
     sound = read_audio(out / audio)
     [(pieces, _, fit)] = segment(Voice.read(out / voice), [cepstra(sound)], [[ways for _, ways in words]],
                                  [bounds or None], SLACK)
-    whole = spanning(tiers(pieces, [w for w, _ in words], len(sound) / 16000), float(frames / Fraction(rate)))
+    earlier = [(phone, word, max(start - LATE, 0.0), end - LATE) for phone, word, start, end in pieces]
+    whole = spanning(tiers(earlier, [w for w, _ in words], len(sound) / 16000), float(frames / Fraction(rate)))
     owner = np.full(len(fit), -1)
     for _, word, start, end in pieces:
         owner[round(start * 200) : round(end * 200)] = word

@@ -172,7 +172,7 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
     if not names:
         _nothing_left(run)
     broken = doctor.broken_pictures(clips, limits)
-    jumps = doctor.jumps(clips, limits)
+    jumps = {n: mask & ~broken[n] for n, mask in doctor.jumps(clips, limits).items()}
     valid = {n: marks[n]["valid"] & ~broken[n] for n in names}
     ghosts = doctor.ghosts({n: marks[n]["points"] for n in names}, valid, limits)
     for name in names:
@@ -248,7 +248,7 @@ def _doubts(result: dict[str, Any], words: Sequence[str], far: float) -> list[st
 DAMAGED = 5
 """Frames of landmarks off the face from which a clip whose picture jumps is taken to be damaged."""
 
-ALIGNER = 2
+ALIGNER = 3
 """Version of the aligner: alignments of earlier ones are made anew."""
 
 WEAK, WRONG = -15.0, -6.0

@@ -15,8 +15,11 @@ RATE = 16000
 STEP = 0.01
 """Seconds from one frame of the acoustic model to the next."""
 
-CENTRE = 0.0128 - STEP / 2
-"""Seconds by which the edge between two frames lies after the start of the later one's window (25.6 ms wide)."""
+EDGE = 0.004
+"""Seconds by which the edge between two frames lies after the start of the later one's window.
+
+By the middle of the window (25.6 ms wide) it would be 7.8 ms; against the known phone times of three synthetic voices
+(300 sentences) that is 3.6 ms late in the median."""
 
 Pronunciations = Sequence[tuple[str, ...]]
 
@@ -97,7 +100,7 @@ def _heard(entries: Any, count: int) -> list[Heard] | None:
         silent = not entry.name.startswith("w")
         word += not silent
         for part in entry:
-            start = part.start * STEP + CENTRE
+            start = part.start * STEP + EDGE
             label = SILENCE if silent else part.name
             heard.append(Heard(-1 if silent else word, label, start, start + part.duration * STEP, part.score))
     return heard if word + 1 == count else None

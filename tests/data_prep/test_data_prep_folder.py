@@ -12,7 +12,7 @@ from data_prep.folder import prepare_folder
 from dnnvss import files
 from dnnvss.corpus import Corpus, read_audio, read_video
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import write_alignment
+from dnnvss.formats import read_npz, write_alignment, write_openface, write_pts
 from dnnvss.render import write_video
 
 
@@ -123,3 +123,28 @@ def test_a_folder_without_videos_and_unknown_landmarks_are_refused(raw: Path, tm
     with pytest.raises(DnnvssError, match="82 landmarks a frame, and their groups are not known"):
         prepare_folder(raw, tmp_path / "out", jobs=1)
     assert not (tmp_path / "out").exists()
+
+
+def test_phones_are_heard_where_no_times_are_given_and_landmarks_come_in_any_form(raw: Path, tmp_path: Path) -> None:
+    demo = Corpus.open(prepare_folder(raw, tmp_path / "given", jobs=1))
+    for path in raw.glob("*.TextGrid"):
+        path.unlink()
+    for k, name in enumerate(sorted(demo.utterances)):
+        marks = read_npz(raw / f"{name}.npz")
+        if k == 0:
+            for frame, points in enumerate(marks.points):
+                write_pts(raw / name / f"{frame:04d}.pts", points)
+        elif k == 1:
+            for frame, points in enumerate(marks.points):
+                write_pts(raw / f"{name}_{frame + 1:06d}.pts", points)
+        elif k == 2:
+            write_openface(raw / f"{name}.csv", marks)
+        if k < 3:
+            (raw / f"{name}.npz").unlink()
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "heard", jobs=1))
+    assert corpus.utterances.keys() == demo.utterances.keys()
+    for name, u in corpus.utterances.items():
+        points, valid = corpus.landmarks(u)
+        np.testing.assert_allclose(points[valid], demo.landmarks(demo.utterances[name])[0][valid], atol=1e-4)
+        starts = [[s.start for s in x.alignment["words"] if s.label] for x in (u, demo.utterances[name])]
+        assert np.median(np.abs(np.subtract(*starts))) < 0.03
