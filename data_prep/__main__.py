@@ -23,7 +23,7 @@ def run(config: DictConfig) -> None:
     """
     missing = sorted(OmegaConf.missing_keys(config.corpus))
     if missing:
-        raise DnnvssError(f"corpus.{missing[0]} is not set", remedy=f"Add corpus.{missing[0]}=... to the command")
+        raise DnnvssError(f"{missing[0]} is not set", remedy=f"Add {missing[0]}=... to the command")
     corpus: Any = OmegaConf.to_container(config.corpus, resolve=True)
     settings = corpus.get("importer") or {k: v for k, v in corpus.items() if k not in ("name", "raw", "out", "split")}
     target = settings.pop("_target_", None) or BUILT_IN.get(corpus["name"])
