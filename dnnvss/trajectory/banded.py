@@ -24,8 +24,12 @@ _SINGULAR = 1e-13
 class Factor(Protocol):
     """A factorised system."""
 
-    def solve(self, rhs: torch.Tensor) -> torch.Tensor:
-        """Return the solutions (T, B, D) for right-hand sides (T, B, D), float64."""
+    def solve(self, padded: torch.Tensor) -> torch.Tensor:
+        """Return the solutions (T, B, D) for right-hand sides (K + T + K, B, D), float64, whose first and last K are
+        zero.
+
+        What is given may be overwritten: a kernel that steps through frames needs no copy then, and no special ends.
+        """
         ...
 
 
@@ -44,6 +48,17 @@ def factorise(bands: torch.Tensor, batch: int = 1) -> Factor:
     if max(batch, bands.shape[2]) * bands.shape[3] <= _LAPACK_COLUMNS:
         return Lapack(bands)
     return Sweep(bands)
+
+
+def pad(rhs: torch.Tensor, reach: int) -> torch.Tensor:
+    """Return right-hand sides (T, B, D) with ``reach`` zero frames at both ends, as :meth:`Factor.solve` wants them."""
+    padded = rhs.new_zeros(len(rhs) + 2 * reach, *rhs.shape[1:])
+    padded[reach : reach + len(rhs)] = rhs
+    return padded
+
+
+def _inner(padded: torch.Tensor, reach: int) -> torch.Tensor:
+    return padded[reach : len(padded) - reach]
 
 
 def _undetermined(where: tuple[int, ...]) -> DnnvssError:
@@ -78,8 +93,9 @@ class Lapack:
             lower[k:frames, reach - k] = factor[k, : frames - k] / factor[0, : frames - k]
         return lower, np.ascontiguousarray(factor[0] ** 2)
 
-    def solve(self, rhs: torch.Tensor) -> torch.Tensor:
+    def solve(self, padded: torch.Tensor) -> torch.Tensor:
         """Return the solutions (T, B, D)."""
+        rhs = _inner(padded, self.shape[0] - 1)
         frames, batch, columns = rhs.shape
         sets = batch // self.shared  # right-hand sides for each matrix
         laid = np.ascontiguousarray(rhs.numpy().transpose(1, 2, 0)).reshape(sets, -1).T
@@ -98,24 +114,22 @@ class Sweep:
         else:
             self.lower, self.pivot = _sweep(bands.numpy())
 
-    def solve(self, rhs: torch.Tensor) -> torch.Tensor:
-        """Return the solutions (T, B, D)."""
-        frames, reach = len(rhs), self.reach
-        padded = np.zeros((frames + 2 * reach, *rhs.shape[1:]))  # empty frames at both ends: every step is alike
-        x = padded[reach : reach + frames]
-        x[:] = rhs.numpy()
-        terms = np.empty((reach, *rhs.shape[1:]))
+    def solve(self, padded: torch.Tensor) -> torch.Tensor:
+        """Return the solutions (T, B, D), in the memory that was given."""
+        reach, whole = self.reach, padded.numpy()
+        x = _inner(padded, reach).numpy()
+        frames, terms = len(x), np.empty((reach, *x.shape[1:]))
         for t in range(1, frames):
-            np.multiply(self.lower[t], padded[t : t + reach], terms)
+            np.multiply(self.lower[t], whole[t : t + reach], terms)
             for term in terms:
                 np.subtract(x[t], term, x[t])
         x /= self.pivot
         upper = self._upper()
         for t in range(frames - 2, -1, -1):
-            np.multiply(upper[t], padded[t + reach + 1 : t + 2 * reach + 1], terms)
+            np.multiply(upper[t], whole[t + reach + 1 : t + 2 * reach + 1], terms)
             for term in terms:
                 np.subtract(x[t], term, x[t])
-        return torch.from_numpy(x.copy())
+        return torch.from_numpy(x)
 
     def _upper(self) -> np.ndarray:
         """Return the multipliers of the later frames, ``upper[t, k - 1] = lower[t + k, K - k]``, without a copy."""
@@ -158,7 +172,8 @@ class CyclicReduction:
     """
 
     def __init__(self, bands: torch.Tensor) -> None:
-        self.size = max(len(bands) - 1, 1)
+        self.reach = len(bands) - 1
+        self.size = max(self.reach, 1)
         self.shape = bands.shape[1:]
         diagonal, lower = _blocks(bands, self.size)
         self.levels = []
@@ -185,8 +200,9 @@ class CyclicReduction:
             raise _undetermined((block * self.size, b, d))
         return torch.cholesky_inverse(factor)
 
-    def solve(self, rhs: torch.Tensor) -> torch.Tensor:
+    def solve(self, padded: torch.Tensor) -> torch.Tensor:
         """Return the solutions (T, B, D)."""
+        rhs = _inner(padded, self.reach)
         frames, batch, columns = rhs.shape
         count = -(-frames // self.size)
         r = rhs.new_zeros(count * self.size, batch, columns)

@@ -7,7 +7,7 @@ import numpy as np
 import torch
 
 from dnnvss.errors import DnnvssError
-from dnnvss.trajectory.banded import Factor, factorise
+from dnnvss.trajectory.banded import Factor, factorise, pad
 from dnnvss.trajectory.windows import Windows, as_tensor
 
 
@@ -63,7 +63,7 @@ class NormalEquations:
         """Return the solution (B, T, D) for means (B, T, W, D)."""
         batch, frames, _, columns = self.shape
         front = 2 * self.windows.reach
-        wide = torch.zeros(front + frames + self.windows.reach, batch, columns, dtype=torch.float64, device=mean.device)
+        wide = torch.zeros(front + frames + front, batch, columns, dtype=torch.float64, device=mean.device)
         weighted = wide.new_empty(frames, batch, columns)
         for w in range(len(self.windows)):
             stream = mean[:, :, w]
@@ -74,7 +74,7 @@ class NormalEquations:
             for s, weight in self.windows.weights(w):
                 wide[front + s : front + s + frames].add_(weighted, alpha=weight)
         _fold_vector(_indexable(wide), front, self._last(front), self.windows.reach)
-        x = self.solve(wide[front : front + frames])
+        x = self.factor.solve(wide).transpose(0, 1)
         if not math.isfinite(x.sum()):
             where = torch.nonzero(~torch.isfinite(mean))
             raise DnnvssError(f"means are not finite, first at (row, frame, stream, parameter) {where[:1].tolist()}",
@@ -83,7 +83,7 @@ class NormalEquations:
 
     def solve(self, rhs: torch.Tensor) -> torch.Tensor:
         """Return the solution (B, T, D) for right-hand sides (T, B, D)."""
-        return self.factor.solve(rhs).transpose(0, 1)
+        return self.factor.solve(pad(rhs, 2 * self.windows.reach)).transpose(0, 1)
 
     def response(self, first: int, last: int, frames: np.ndarray) -> np.ndarray:
         """Return the columns ``frames`` of the inverse of the matrix cut to ``first:last``, shape (last - first, len,
@@ -97,7 +97,7 @@ class NormalEquations:
             cut[k, max(last - first - k, 0) :] = 0.0
         unit = torch.zeros(last - first, len(frames), self.shape[3], dtype=torch.float64, device=cut.device)
         unit[torch.as_tensor(frames), torch.arange(len(frames))] = 1.0
-        return factorise(cut, batch=len(frames)).solve(unit).cpu().numpy()
+        return factorise(cut, batch=len(frames)).solve(pad(unit, len(cut) - 1)).cpu().numpy()
 
     def _last(self, front: int) -> Any:
         """Return the extended index of the last true frame: a number, or one for each row."""
@@ -141,6 +141,7 @@ def _fold_vector(wide: Any, first: int, last: Any, reach: int) -> None:
     """Add what fell on frames outside an utterance to the end frame that is held in their place."""
     for e in range(first - reach, first):
         wide[first] += wide[e]
+        wide[e] = 0.0
     rows = _rows(last)
     for j in range(1, reach + 1):
         wide[last, rows] += wide[last + j, rows]

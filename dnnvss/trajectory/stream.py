@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from dnnvss.errors import DnnvssError
-from dnnvss.trajectory.banded import Lapack
+from dnnvss.trajectory.banded import Lapack, pad
 from dnnvss.trajectory.equations import precision_of
 from dnnvss.trajectory.windows import STATIC_DELTA_DELTA2, Windows
 
@@ -110,7 +110,7 @@ class Stream:
         for i, row in enumerate(self._waiting):
             self._add(bands, rhs, self._count - len(self._waiting) + i, *row, final)
         factor = Lapack(torch.from_numpy(bands[:, :, None]))
-        return factor.solve(torch.from_numpy(rhs[:, None]))[:, 0].numpy()
+        return factor.solve(pad(torch.from_numpy(rhs[:, None]), len(bands) - 1))[:, 0].numpy()
 
     def _eliminate(self) -> None:
         """Take the first frame out of the equations of those behind it."""
