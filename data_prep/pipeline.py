@@ -248,7 +248,7 @@ def _doubts(result: dict[str, Any], words: Sequence[str], far: float) -> list[st
 DAMAGED = 5
 """Frames of landmarks off the face from which a clip whose picture jumps is taken to be damaged."""
 
-ALIGNER = 3
+ALIGNER = 5
 """Version of the aligner: alignments of earlier ones are made anew."""
 
 WEAK, WRONG = -15.0, -6.0

@@ -68,9 +68,10 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
         if heard is None:
             reasons.append("was not found in the sound")
             continue
+        heard = [h._replace(start=h.start + start, end=h.end + start) for h in heard]
         doubt = _doubt(heard, words)
         if not doubt:
-            pieces = [(h.phone, h.word, h.start + start, h.end + start) for h in heard]
+            pieces = [(h.phone, h.word, h.start, h.end) for h in heard]
             scores = tuple(_score([h for h in heard if h.word == k]) for k in range(len(words)))
             return Aligned(tiers(pieces, [word for word, _ in words], len(audio) / RATE), scores, attempt)
         reasons.append(doubt)
@@ -124,7 +125,7 @@ def _doubt(heard: Sequence[Heard], words: Sequence[Word]) -> str:
             return f"does not fit the sound at the word {word!r} (score {score:.0f} a frame)"
     for pause in heard:
         if pause.word < 0 and pause.end - pause.start > 0.1 and _score([pause]) < SILENCE_BELOW:
-            return f"leaves out what is said from {pause.start:.2f} to {pause.end:.2f} s of the spoken part"
+            return f"leaves out what is said from {pause.start:.2f} to {pause.end:.2f} s"
     return ""
 
 

@@ -81,6 +81,7 @@ def decode(samples: np.ndarray, words: Sequence[Pronunciations], beam: float) ->
 
 
 def _pass(decoder: Any, pcm: bytes) -> None:
+    decoder.reinit_feat()  # forgets the noise and the level of what was heard before
     decoder.start_utt()
     try:
         decoder.process_raw(pcm, full_utt=True)

@@ -16,6 +16,7 @@ from dnnvss.text.sentence import Sentence, Word
 from dnnvss.text.syllables import syllable_starts
 from dnnvss.timing import Alignment, Segment
 
+_HTS, _DIPHONES = "cmu_us_slt_arctic_hts", "kal_diphone"
 _PAUSE = "pau"
 _SPECIAL = {"ax": "AH", "axr": "ER", "dx": "T", "el": "L", "em": "M", "en": "N", "nx": "N", "ix": "IH", "h#": SILENCE,
             _PAUSE: SILENCE, "brth": SILENCE, "ssil": SILENCE, "hv": "HH"}
@@ -39,7 +40,7 @@ def theirs(phone: str) -> str:
 
 
 class FestivalEngine:
-    """Festival in a subprocess: voice ``cmu_us_slt_arctic_hts`` in its own time, ``kal_diphone`` where times are given.
+    """Festival in a subprocess: voice ``cmu_us_slt_arctic_hts``, ``kal_diphone`` where that is missing or times are given.
 
     Its lexicon is told our pronunciations, stress included.
     """
@@ -48,25 +49,25 @@ class FestivalEngine:
     imposes = True
 
     def available(self) -> str | None:
-        """Return None if Festival and its HTS voice are there, else what to install."""
+        """Return None if Festival and one of its voices are there, else what to install."""
         if shutil.which("festival") is None:
             return f"the program festival is not installed. {_PACKAGE}festvox-us-slt-hts festvox-kallpc16k"
-        if not has_voice("cmu_us_slt_arctic_hts") and not has_voice("kal_diphone"):
+        if not has_voice(_HTS) and not has_voice(_DIPHONES):
             return f"Festival has no voice that we know. {_PACKAGE}festvox-us-slt-hts festvox-kallpc16k"
         return None
 
     def speak(self, sentence: Sentence, alignment: Alignment | None = None) -> Speech:
-        """Return the sentence in Festival's time, or in the given one by the diphone voice.
+        """Return the sentence in Festival's time, or in the given one.
 
         Raises:
             DnnvssError: the voice that this needs is missing, or Festival failed.
         """
-        voice = "cmu_us_slt_arctic_hts" if alignment is None else "kal_diphone"
         if reason := self.available():
             raise DnnvssError(reason)
+        voice = _HTS if alignment is None and has_voice(_HTS) else _DIPHONES
         if not has_voice(voice):
-            package = "festvox-us-slt-hts" if alignment is None else "festvox-kallpc16k"
-            raise DnnvssError(f"Festival's voice {voice} is not installed", remedy=_PACKAGE + package)
+            raise DnnvssError(f"Festival's voice {voice} is not installed, which speaks in given times",
+                              remedy=_PACKAGE + "festvox-kallpc16k")
         with workshop() as folder:
             wav, script = folder / "speech.wav", folder / "speak.scm"
             body = _text_script(sentence) if alignment is None else _segment_script(alignment)
