@@ -22,8 +22,8 @@ ROUNDS = 4
 """Times that the voice is learnt; between them the corpus is segmented with it."""
 
 MIXTURES = 1
-"""Gaussians of a state. With four, two first alignments that differ in a twelfth of the clips lead to edges 3.7 ms apart
-in the mean; with one, 0.4 ms, and phone starts of synthetic voices are nearer to the truth."""
+"""Gaussians of a state. With four, two first alignments that differ in a twelfth of the clips lead to edges 3.7 ms
+apart in the mean; with one, 0.4 ms, and phone starts of synthetic voices are nearer to the truth."""
 
 LEAST = 300.0
 """Seconds of speech below which a voice is not learnt: too few examples of each phone."""
@@ -64,7 +64,7 @@ def learn_voice(
     if not path.is_file():
         for old in path.parent.glob("*.npz"):
             old.unlink()
-        features = [cepstra(read_audio(shop.out / tasks[n]["audio"])) for n in tqdm(names, desc="cepstra")]
+        features = [cepstra(read_audio(tasks[n]["audio"])) for n in tqdm(names, desc="cepstra")]
         phones = (*sorted({p for t in tasks.values() for _, ways in t["words"] for way in ways for p in way}), SILENCE)
         _rounds(phones, features, [known[n] for n in names], [tasks[n] for n in names]).write(path)
     return path
@@ -88,7 +88,7 @@ def _pieces(alignment: Alignment) -> list[Piece]:
     return [(labels.get(s.label, s.label), -1, s.start, s.end) for s in alignment["phones"]]
 
 
-def heard_again(name: str, out: Path, voice: str, audio: str, words: Words, bounds: list[tuple[float, float]],
+def heard_again(name: str, out: Path, voice: str, audio: Path, words: Words, bounds: list[tuple[float, float]],
                 frames: int, rate: str, scores: list[float], attempt: str) -> dict[str, Any]:
     """Return the alignment by the talker's own voice, as plain containers, with the fit of each word.
 
@@ -99,14 +99,14 @@ def heard_again(name: str, out: Path, voice: str, audio: str, words: Words, boun
         name: the utterance id.
         out: the prepared corpus.
         voice: file of the voice, relative to ``out``.
-        audio: the sound, relative to ``out``.
+        audio: the sound.
         words: each word with its pronunciations.
         bounds: start and end of each word in seconds, or nothing where they are not known.
         frames, rate: of the video; the alignment ends where it ends.
         scores, attempt: of the first alignment; they are kept.
     """
     del name
-    sound = read_audio(out / audio)
+    sound = read_audio(audio)
     [(pieces, _, fit)] = segment(Voice.read(out / voice), [cepstra(sound)], [[ways for _, ways in words]],
                                  [bounds or None], SLACK)
     earlier = [(phone, word, max(start - LATE, 0.0), end - LATE) for phone, word, start, end in pieces]

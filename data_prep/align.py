@@ -10,17 +10,17 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning
 from dnnvss.speech.align import align
 from dnnvss.speech.align_words import words_over
-from dnnvss.timing import Alignment
+from dnnvss.timing import Alignment, Tier
 
 
-def heard(name: str, out: Path, audio: str, words: list[tuple[str, list[tuple[str, ...]]]],
+def heard(name: str, out: Path, audio: Path, words: list[tuple[str, list[tuple[str, ...]]]],
           bounds: list[tuple[float, float]], slack: float, frames: int, rate: str) -> dict[str, Any]:
     """Return the alignment that the aligner heard, as plain containers, with its scores.
 
     Args:
         name: the utterance id.
-        out: the prepared corpus.
-        audio: the sound, relative to ``out``.
+        out: the prepared corpus; not used.
+        audio: the sound.
         words: each word with its pronunciations.
         bounds: start and end of each word in seconds, or nothing where they are not known.
         slack: seconds around the bounds in which a word is looked for.
@@ -30,7 +30,7 @@ def heard(name: str, out: Path, audio: str, words: list[tuple[str, list[tuple[st
         DnnvssError: these words are not in this sound.
     """
     try:
-        found = align(read_audio(out / audio), words, bounds or None, slack)
+        found = align(read_audio(audio), words, bounds or None, slack)
     except DnnvssError as error:
         raise DnnvssError(error.problem, utterance=name, remedy=error.remedy) from error
     whole = spanning(found.alignment, float(frames / Fraction(rate)))
@@ -45,8 +45,8 @@ def lateness(alignment: Alignment, bounds: Sequence[tuple[float, float]]) -> lis
 
 
 def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[str, ...]]]], frames: int,
-          rate: str) -> dict[str, Any]:
-    """Return the alignment in the user's file, as plain containers; ``out`` is not used.
+          rate: str, late: float) -> dict[str, Any]:
+    """Return the alignment in the user's file moved ``late`` seconds ahead, as plain containers; ``out`` is not used.
 
     Raises:
         DnnvssError: the file is damaged, has no phones, or does not fit the recording.
@@ -55,9 +55,21 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
     if "phones" not in found:
         raise DnnvssError("has no tier of phones", file=path, utterance=name, remedy="Name the tier phones")
     try:
-        whole = spanning(found, float(frames / Fraction(rate)))
+        whole = _moved(spanning(found, float(frames / Fraction(rate))), late)
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=path, utterance=name, remedy=error.remedy) from error
     if "words" not in whole:
         whole = whole.with_tier(words_over(whole["phones"], words))
     return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": []}
+
+
+def _moved(alignment: Alignment, late: float) -> Alignment:
+    """Return the alignment ``late`` seconds ahead, over the stretch of time that it spanned before."""
+    start, end = alignment.start, alignment.end
+
+    def moved(tier: Tier) -> Tier:
+        rows = [s for s in tier.moved(-late) if start < s.end and s.start < end]
+        edges = [start, *(s.start for s in rows[1:]), end]
+        return Tier(tier.name, zip(edges[:-1], edges[1:], (s.label for s in rows), strict=True))
+
+    return Alignment(moved(tier) for tier in alignment.tiers) if late else alignment

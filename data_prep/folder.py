@@ -25,7 +25,7 @@ _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .p
 
 def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", variant: str = "en_us",
                    lexicon: Mapping[str, str] | None = None, credit: str = "", val: float = 0.05, test: float = 0.05,
-                   jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
+                   sync: bool = False, jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, landmarks (see
@@ -41,6 +41,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         lexicon: word to phones, before the variant's lexicon.
         credit: the line shown wherever a picture or number from the corpus is shown.
         val, test: shares of the utterances, where there is no ``splits/``.
+        sync: measure how late each clip's sound is beside its picture, and move it (:mod:`data_prep.sync`).
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
 
@@ -52,7 +53,8 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     sources = [_source(raw, i, video, variant) for i, video in sorted(videos.items())]
     groups, scale = _groups(raw, sources)
     info = CorpusInfo(name, (0, 0), "25", groups, variant, credit)
-    recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=scale, lexicon=dict(lexicon or {}))
+    recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=scale, lexicon=dict(lexicon or {}),
+                    sync=sync)
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 

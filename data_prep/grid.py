@@ -54,7 +54,8 @@ def words_of(name: str) -> tuple[str, ...] | None:
 
 def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", variant: str = "en_gb",
                  lexicon: Mapping[str, str] | None = None, sound_delay: Mapping[str, float] | None = None,
-                 word_slack: float = 0.25, jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
+                 word_slack: float = 0.25, sync: bool = True, jobs: int = -1, backend: str = "loky",
+                 strict: bool = False) -> Path:
     """Return the folder of the prepared corpus.
 
     Videos are ``video/*.mp4``, ``raw/*.mpg`` (the corpus's own MPEG-1) or ``*.mpg`` in ``raw`` itself; where an id has
@@ -69,6 +70,7 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
         lexicon: word to phones, before :data:`LEXICON` and the variant's lexicon.
         sound_delay: suffix of the video to seconds, before :data:`SOUND_DELAY`.
         word_slack: seconds around the given word times in which a word is looked for.
+        sync: measure how late each clip's sound is beside its picture, and move it (:mod:`data_prep.sync`).
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
 
@@ -80,7 +82,8 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
     marks = files.read_json(raw / "landmarks.json", "Give the scale and the groups of the landmarks in landmarks.json")
     info = CorpusInfo(name, (0, 0), "25", {g: (a, b) for g, (a, b) in marks["groups"].items()}, variant, CREDIT)
     recipe = Recipe(info, read_splits(raw / "splits"), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
-                    scale=float(marks["scale"]), lexicon=LEXICON | dict(lexicon or {}), slack=word_slack)
+                    scale=float(marks["scale"]), lexicon=LEXICON | dict(lexicon or {}), slack=word_slack,
+                    sync=sync)
     delays = SOUND_DELAY | dict(sound_delay or {})
     sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0)) for i, video in sorted(videos.items())]
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))

@@ -25,7 +25,7 @@ SILENT = 1e-3
 
 
 def media(name: str, video: Path, out: Path, delay: float) -> dict[str, Any]:
-    """Return what is known of a recording after copying it to ``out/video`` and its sound to ``out/audio``.
+    """Return what is known of a recording after copying it to ``out/video`` and its sound to ``out/.stages/sound``.
 
     The sound is written as 16 kHz mono, exactly as long as the pictures, its first sample at the start of the first
     picture. Thumbnails of the pictures go to ``out/.stages/media/<id>.npz``.
@@ -44,16 +44,16 @@ def media(name: str, video: Path, out: Path, delay: float) -> dict[str, Any]:
         raise DnnvssError("has no sound", file=video, utterance=name, remedy="Give a recording with an audio stream")
     small = files.read(video, lambda path: _pictures(path, info.rate), _REMEDY)
     duration = float(len(small) / info.rate)
-    sound = _laid(read_audio(video, RATE), delay - sound_start(video), round(duration * RATE))
+    sound = laid(read_audio(video, RATE), delay - sound_start(video), round(duration * RATE))
     if np.abs(sound).max(initial=0.0) < SILENT:
         raise DnnvssError("its sound is silence", file=video, utterance=name, remedy="Give a recording with speech")
     copy = out / "video" / f"{name}{video.suffix.lower()}"
     with files.replacing(copy) as temporary:
         shutil.copyfile(video, temporary)
-    audio = write_wav(out / "audio" / f"{name}.wav", sound, RATE)
+    copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", sound, RATE)
     files.write_arrays(out / ".stages" / "media" / f"{name}.npz", thumbnails=small)
     return {"frames": len(small), "rate": str(info.rate), "size": list(info.size),
-            "video": str(copy.relative_to(out)), "audio": str(audio.relative_to(out))}
+            "video": str(copy.relative_to(out)), "sound": str(copied.relative_to(out))}
 
 
 def _pictures(video: Path, rate: Fraction) -> np.ndarray:
@@ -91,7 +91,7 @@ def sound_start(video: Path) -> float:
     return float(starts[0] - starts[1])
 
 
-def _laid(sound: np.ndarray, late: float, count: int) -> np.ndarray:
+def laid(sound: np.ndarray, late: float, count: int) -> np.ndarray:
     """Return ``count`` samples of a sound that is ``late`` seconds late: cut at the start, or silence put before."""
     shift = round(late * RATE)
     moved = sound[shift:] if shift >= 0 else np.concatenate([np.zeros(-shift, np.float32), sound])

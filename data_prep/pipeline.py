@@ -16,6 +16,7 @@ from data_prep.media import media
 from data_prep.report import Outcome, counts, write_report
 from data_prep.splits import draw, usable
 from data_prep.stages import FOLDER, Workshop
+from data_prep.sync import FEWEST, find_sync, in_step
 from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance, doctor
 from dnnvss.errors import DnnvssError
@@ -68,6 +69,7 @@ class Recipe:
         lexicon: word to phones, before the variant's lexicon.
         slack: seconds around given word times in which a word is looked for.
         far: seconds from its given time beyond which a word's start is noted in the report.
+        sync: measure how late each clip's sound is beside its picture, and move it.
         adapt: learn the talker's own voice and align with it, where there is enough speech.
         limits: what the check-up takes for an outlier.
         speech_valid: share of the frames of speech that must have landmarks.
@@ -82,6 +84,7 @@ class Recipe:
     lexicon: Mapping[str, str] = field(default_factory=dict)
     slack: float = 0.25
     far: float = 0.25
+    sync: bool = False
     adapt: bool = True
     limits: doctor.Limits = field(default_factory=doctor.Limits)
     speech_valid: float = 0.9
@@ -131,16 +134,22 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         made = _media(run)
         size, rate = _usual(run, made)
         bad = _examined(run, made)
-        timed = _aligned(run, made)
+        late = _late(run, made, bad)
+        made = _sounds(run, made, late)
+        timed = _aligned(run, made, late)
         cleaned = _cleaned(run, made, timed, bad)
         return _finished(run, _utterances(run, made, timed, cleaned), size, rate)
     finally:
         shop.sweep()
 
 
+MEDIA = 2
+"""Version of what the stage of the recordings leaves behind."""
+
+
 def _media(run: Preparation) -> Results:
     tasks = {s.id: {"video": s.video, "delay": s.delay} for s in run.alive()}
-    return run.take(run.shop.run("media", media, tasks))
+    return run.take(run.shop.run("media", media, tasks, MEDIA))
 
 
 def _usual(run: Preparation, made: Results) -> tuple[tuple[int, int], Fraction]:
@@ -196,9 +205,47 @@ def _ranges(mask: np.ndarray) -> str:
     return ", ".join(f"{r[0]}-{r[-1]}" if len(r) > 1 else f"{r[0]}" for r in runs)
 
 
-def _aligned(run: Preparation, made: Results) -> Results:
+LATE = 0.06
+"""Seconds by which sound is late or early from which the report says so."""
+
+
+def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Return by how many seconds each utterance's sound is late beside its picture; 0 where that is not measured."""
+    names = [s.id for s in run.alive()]
+    if not run.recipe.sync or not names:
+        return dict.fromkeys(names, 0.0)
+    if len(names) < FEWEST:
+        print(f"sound and picture are taken as they are: {len(names)} clips are too few to tell ({FEWEST} needed)")
+        return dict.fromkeys(names, 0.0)
+    seen = {}
+    for name in names:
+        marks = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{name}.npz")
+        if (good := marks["valid"] & ~bad[name]).any():
+            seen[name] = doctor.interpolated(marks["points"], good), good
+    sounds = {name: made[name]["sound"] for name in seen}
+    rate = float(Fraction(made[names[0]]["rate"]))
+    found = find_sync(run.shop, sounds, seen, run.recipe.info.landmark_groups, rate)
+    print(f"sound and picture: {1000 * found.spread:.0f} ms apart (standard deviation over clips), "
+          f"known to {1000 * found.error:.0f} ms; {len(found.unknown)} clips do not tell")
+    for name in found.unknown:
+        run.outcomes[name].notes.append("its lips do not tell whether its sound is late (left as it is)")
+    for name, late in found.late.items():
+        if abs(late) > LATE:
+            where = "late" if late > 0 else "early"
+            run.outcomes[name].notes.append(f"its sound was {1000 * abs(late):.0f} ms {where} (moved)")
+    return {name: found.late.get(name, 0.0) for name in names}
+
+
+def _sounds(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
+    """Return what is known of the recordings with the path of the sound that is in step with the picture."""
+    moved = run.shop.run("sound", in_step, {s.id: {"sound": made[s.id]["sound"], "late": late[s.id]}
+                                            for s in run.alive()})
+    return {name: made[name] | result for name, result in run.take(moved).items()}
+
+
+def _aligned(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
     """Return the phone times of every utterance: from the user's file, or heard, twice where a voice can be learnt."""
-    given_tasks, tasks = _alignment_tasks(run, made)
+    given_tasks, tasks = _alignment_tasks(run, made, late)
     results = run.take(run.shop.run("given alignment", given, given_tasks)) if given_tasks else {}
     first = run.take(run.shop.run("alignment", heard, tasks, ALIGNER)) if tasks else {}
     bare = {n: {k: v for k, v in t.items() if k != "slack"} for n, t in tasks.items() if n in first}
@@ -215,8 +262,12 @@ def _aligned(run: Preparation, made: Results) -> Results:
     return results | first
 
 
-def _alignment_tasks(run: Preparation, made: Results) -> tuple[dict[str, dict[str, Any]], dict[str, dict[str, Any]]]:
-    """Return the tasks of the utterances whose alignment is given, and of those that are to be aligned."""
+def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]
+                     ) -> tuple[dict[str, dict[str, Any]], dict[str, dict[str, Any]]]:
+    """Return the tasks of the utterances whose alignment is given, and of those that are to be aligned.
+
+    Times that the user gave belong to the sound of the file; they move with it.
+    """
     recipe, known, tasks = run.recipe, {}, {}
     for s in run.alive():
         try:
@@ -226,9 +277,11 @@ def _alignment_tasks(run: Preparation, made: Results) -> tuple[dict[str, dict[st
             continue
         task = {"words": words, "frames": made[s.id]["frames"], "rate": made[s.id]["rate"]}
         if s.alignment:
-            known[s.id] = {**task, "path": s.alignment}
+            known[s.id] = {**task, "path": s.alignment, "late": late[s.id]}
         else:
-            tasks[s.id] = {**task, "audio": made[s.id]["audio"], "bounds": s.bounds, "slack": recipe.slack}
+            bounds = [(a - late[s.id], b - late[s.id]) for a, b in s.bounds]
+            audio = run.shop.out / made[s.id]["audio"]
+            tasks[s.id] = {**task, "audio": audio, "bounds": bounds, "slack": recipe.slack}
     return known, tasks
 
 

@@ -1,0 +1,259 @@
+"""Sound and picture in step: how late each clip's sound is beside its picture, told by the clip itself.
+
+Recordings that were cut or transcoded clip by clip can differ by some frames in where the sound begins. A small network
+learns to hear the lips: mel cepstra to the leading movements of the lips, cross-fitted, so that no clip is judged by a
+network that has seen it. The lag at which heard and seen lips agree best is how late the sound is. Words, phones and
+models play no part in it.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from scipy.interpolate import CubicSpline
+from tqdm import tqdm
+
+from data_prep.media import RATE, laid
+from data_prep.stages import FOLDER, Workshop, fingerprint
+from dnnvss import files
+from dnnvss.aam.pose import fit_pose, mean_shape, to_reference
+from dnnvss.corpus import read_audio, write_wav
+from dnnvss.errors import DnnvssError
+from dnnvss.speech.align_features import HOP, cepstra
+
+REACH = 0.16
+"""Seconds; sound that is further off is not looked for."""
+
+FEWEST = 60
+"""Clips below which lips are not learnt to be heard."""
+
+_MODES, _FOLDS, _HIDDEN, _STEPS, _BATCH, _RATE = 6, 4, 128, 1000, 512, 3e-3
+_EVERY = 2
+"""Cepstra from one heard frame to the next: 100 a second."""
+_CONTEXT = np.arange(-48, 49, 6)
+"""Cepstra that are heard together: a quarter of a second to either side."""
+_LAGS = np.arange(-REACH, REACH + 1e-9, HOP)
+_APART = 0.08
+"""Seconds by which the two halves of a clip may differ; beyond, neither is believed."""
+_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Sync:
+    """How far sound and picture of a corpus are apart.
+
+    Args:
+        late: utterance to the seconds by which its sound is late beside its picture and the usual clip's; an estimate
+            shrunk by how much the halves of clips disagree.
+        unknown: utterances whose sound and lips do not tell; their ``late`` is 0.
+        spread, error: standard deviation in seconds of the true shifts over the clips, and of the estimates' error.
+    """
+
+    late: dict[str, float]
+    unknown: list[str]
+    spread: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One clip, heard and seen.
+
+    Args:
+        sound: cepstra (N, 39), 200 a second.
+        lips: seconds to the lips' leading movements (n, K), each of unit deviation over the corpus.
+        spoken: (M,) bool, the heard frames (100 a second) from where speech begins to where it ends.
+    """
+
+    sound: np.ndarray
+    lips: Callable[[np.ndarray], np.ndarray]
+    spoken: np.ndarray
+
+    @property
+    def times(self) -> np.ndarray:
+        """Seconds (M,) of the heard frames."""
+        return (np.arange(0, len(self.sound), _EVERY) + 0.5) * HOP
+
+    def heard(self) -> np.ndarray:
+        """Return the cepstra (M, C) around each heard frame."""
+        at = np.arange(0, len(self.sound), _EVERY)[:, None] + _CONTEXT
+        return self.sound[np.clip(at, 0, len(self.sound) - 1)].reshape(len(at), -1)
+
+
+def find_sync(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tuple[np.ndarray, np.ndarray]],
+              groups: Mapping[str, tuple[int, int]], rate: float) -> Sync:
+    """Return how late each clip's sound is; kept from an earlier run where nothing changed.
+
+    Args:
+        shop: where to work.
+        sounds: utterance to its sound, relative to the prepared corpus.
+        seen: utterance to its landmarks (F, P, 2) and which frames (F,) to trust.
+        groups: landmark group to its rows; lips are those of the groups named ``lips...``, and head pose is measured on
+            the groups named after eyes and nose.
+        rate: frames a second of the video.
+
+    Raises:
+        DnnvssError: no group of lips, eyes or nose.
+    """
+    key = fingerprint(_VERSION, sorted(sounds), [(n, p.tobytes().hex()[:4000], v.tolist())
+                                                 for n, (p, v) in sorted(seen.items())],
+                      [shop.out / s for s in sounds.values()])
+    path = shop.out / FOLDER / "sync" / f"{key}.json"
+    if path.is_file():
+        return Sync(**files.read_json(path))
+    clips = _clips(shop, sounds, seen, groups, rate)
+    halves = _lags(clips, _crossfitted(clips))
+    found = shrunk(list(clips), *halves)
+    files.write_json(path, found.__dict__)
+    return found
+
+
+def shrunk(names: Sequence[str], whole: np.ndarray, first: np.ndarray, second: np.ndarray) -> Sync:
+    """Return what the lags (N,) of whole clips and of their halves tell, in seconds; positive where sound is late.
+
+    Halves err independently, so half the variance of their difference is one half's error, and half of that the whole
+    clip's. An estimate is multiplied by the share of the variance that is not error; medians stand for deviations, so
+    that a few wild clips do not count.
+    """
+    told = (np.abs(first - second) < _APART) & (np.abs(whole) < REACH - HOP)
+    middle = float(np.median(whole[told])) if told.any() else 0.0
+    error = _deviation((first - second)[told]) / 2
+    total = _deviation(whole[told])
+    spread = float(np.sqrt(max(total**2 - error**2, 0.0)))
+    share = spread**2 / max(total**2, 1e-12)
+    late = np.where(told, share * (whole - middle), 0.0)
+    return Sync({n: round(float(v), 4) for n, v in zip(names, late, strict=True)},
+                [n for n, ok in zip(names, told, strict=True) if not ok], round(spread, 5), round(error, 5))
+
+
+def _deviation(x: np.ndarray) -> float:
+    return float(1.4826 * np.median(np.abs(x - np.median(x)))) if len(x) else 0.0
+
+
+def _rows(groups: Mapping[str, tuple[int, int]], *names: str) -> np.ndarray:
+    rows = [np.arange(a, b) for group, (a, b) in groups.items() if any(n in group for n in names)]
+    if not rows:
+        raise DnnvssError(f"no group of landmarks is named after {' or '.join(names)}: {sorted(groups)}",
+                          remedy="Name them in landmarks.json, or switch the search off: corpus.importer.sync=false")
+    return np.concatenate(rows)
+
+
+def _clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tuple[np.ndarray, np.ndarray]],
+           groups: Mapping[str, tuple[int, int]], rate: float) -> dict[str, Clip]:
+    lips, still = _rows(groups, "lip", "mouth"), _rows(groups, "eye", "nose")
+    face = mean_shape(np.concatenate([points[valid][::10] for points, valid in seen.values()]).astype(float))
+    shapes = {}
+    for name, (points, _) in seen.items():
+        pose = fit_pose(points[:, still].astype(float), face[still])
+        shape = to_reference(points[:, lips].astype(float), pose, face[still].mean(axis=0)).reshape(len(points), -1)
+        shapes[name] = shape - shape.mean(axis=0)
+    _, size, modes = np.linalg.svd(np.concatenate([s[::3] for s in shapes.values()]), full_matrices=False)
+    rows = sum(len(s[::3]) for s in shapes.values())
+    basis = (modes[:_MODES] / (size[:_MODES, None] / np.sqrt(rows) + 1e-9)).T
+    clips = {}
+    for name in tqdm(sounds, desc="cepstra"):
+        sound = cepstra(read_audio(shop.out / sounds[name]))
+        clips[name] = Clip(sound, _at(shapes[name] @ basis, rate), _spoken(sound))
+    return clips
+
+
+def _at(values: np.ndarray, rate: float) -> Callable[[np.ndarray], np.ndarray]:
+    """Return seconds to values (n, K) of frames (F, K), held at the ends."""
+    times = (np.arange(len(values)) + 0.5) / rate
+    if len(values) < 2:
+        return lambda t: np.repeat(values, len(t), axis=0)
+    spline = CubicSpline(times, values)
+    return lambda t: np.asarray(spline(np.clip(t, times[0], times[-1])))
+
+
+def _spoken(sound: np.ndarray) -> np.ndarray:
+    loud = sound[::_EVERY, 0]
+    at = np.flatnonzero(loud > np.percentile(loud, 60))
+    mask = np.zeros(len(loud), bool)
+    mask[max(0, at[0] - 20) : at[-1] + 20] = True
+    return mask
+
+
+def _crossfitted(clips: Mapping[str, Clip]) -> dict[str, np.ndarray]:
+    """Return the lips (M, K) that a network heard which has not seen the clip."""
+    names = list(clips)
+    order = np.random.default_rng(0).permutation(len(names))
+    usual = np.concatenate([clips[n].sound[::20] for n in names])
+    scale = np.tile(usual.std(axis=0) + 1e-6, len(_CONTEXT)).astype(np.float32)
+    heard = {}
+    for fold in tqdm(range(_FOLDS), desc="hearing the lips"):
+        held = {names[k] for k in order[fold::_FOLDS]}
+        network = _fitted([clips[n] for n in names if n not in held], scale, fold)
+        with torch.no_grad():
+            for name in held:
+                heard[name] = network(torch.from_numpy(clips[name].heard() / scale)).numpy()
+    return heard
+
+
+def _fitted(clips: Sequence[Clip], scale: np.ndarray, seed: int) -> torch.nn.Module:
+    random = np.random.default_rng(seed)
+    lips = [clip.lips(clip.times).astype(np.float32) for clip in clips]
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        network = torch.nn.Sequential(torch.nn.Dropout(0.1), torch.nn.Linear(len(scale), _HIDDEN), torch.nn.Tanh(),
+                                      torch.nn.Linear(_HIDDEN, _MODES))
+        optimiser = torch.optim.AdamW(network.parameters(), _RATE)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, _STEPS)
+        for _ in range(_STEPS):
+            some = random.integers(len(clips), size=16)
+            at = [random.integers(len(lips[k]), size=_BATCH // 16) for k in some]
+            x = np.concatenate([_window(clips[k].sound, _EVERY * a) for k, a in zip(some, at, strict=True)]) / scale
+            y = np.concatenate([lips[k][a] for k, a in zip(some, at, strict=True)])
+            loss = torch.nn.functional.mse_loss(network(torch.from_numpy(x)), torch.from_numpy(y))
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+            schedule.step()
+    return network.eval()
+
+
+def _window(sound: np.ndarray, centres: np.ndarray) -> np.ndarray:
+    return sound[np.clip(centres[:, None] + _CONTEXT, 0, len(sound) - 1)].reshape(len(centres), -1)
+
+
+def _lags(clips: Mapping[str, Clip], heard: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return by how many seconds sound is late in whole clips, first halves and second halves, each (N,)."""
+    found = []
+    for name, clip in clips.items():
+        seen = np.stack([clip.lips(clip.times - lag) for lag in _LAGS])
+        frames = np.flatnonzero(clip.spoken)
+        middle = len(frames) // 2
+        found.append([_best(heard[name][part], seen[:, part]) for part in (frames, frames[:middle], frames[middle:])])
+    whole, first, second = np.array(found).T
+    return whole, first, second
+
+
+def _best(heard: np.ndarray, seen: np.ndarray) -> float:
+    """Return the lag in seconds at which what was heard (M, K) agrees best with what was seen at each lag (L, M, K)."""
+    if len(heard) < 2:
+        return 0.0
+    h, s = heard - heard.mean(axis=0), seen - seen.mean(axis=1, keepdims=True)
+    agreement = (h * s).sum(axis=(1, 2)) / np.sqrt((h**2).sum() * (s**2).sum(axis=(1, 2)) + 1e-12)
+    k = int(agreement.argmax())
+    best = float(_LAGS[k])
+    if 0 < k < len(_LAGS) - 1:
+        before, at, after = agreement[k - 1 : k + 2]
+        best += HOP * 0.5 * float(before - after) / min(float(before - 2 * at + after), -1e-12)
+    return best
+
+
+def in_step(name: str, out: Path, sound: str, late: float) -> dict[str, Any]:
+    """Return the path of an utterance's sound in ``out/audio``, moved ``late`` seconds towards its start.
+
+    Args:
+        name: the utterance id.
+        out: the prepared corpus.
+        sound: the sound as the file has it, relative to ``out``.
+        late: seconds by which it is late.
+    """
+    samples = read_audio(out / sound, RATE)
+    path = write_wav(out / "audio" / f"{name}.wav", laid(samples, late, len(samples)), RATE)
+    return {"audio": str(path.relative_to(out))}

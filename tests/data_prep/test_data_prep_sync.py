@@ -1,0 +1,96 @@
+"""Sound that is late beside its picture is found from the clips themselves, and moved."""
+
+import numpy as np
+import pytest
+
+from data_prep import sync
+from data_prep.align import given
+from data_prep.media import RATE
+from data_prep.stages import Workshop
+from data_prep.sync import Sync, find_sync, in_step, shrunk
+from dnnvss.corpus import read_audio, write_wav
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import write_alignment
+from dnnvss.timing import Alignment, Tier
+
+GROUPS = {"lips_outer": (0, 4), "nose_base": (4, 6), "right_eye": (6, 8)}
+STILL = np.array([[-3.0, 0], [3, 0], [0, -3], [0, 3], [-2, -8], [2, -8], [-6, -14], [6, -14]])
+
+
+def clip(late, rng, seconds=2.5):
+    """Return landmarks and a hiss that is loud while the mouth is open, ``late`` seconds after it."""
+    starts = 0.4 + np.cumsum(rng.uniform(0.15, 0.4, 5))
+
+    def opening(t):
+        return sum(np.exp(-0.5 * ((t - s) / 0.05) ** 2) for s in starts)
+
+    frames, samples = (np.arange(round(seconds * 25)) + 0.5) / 25, np.arange(round(seconds * RATE)) / RATE
+    points = np.tile(STILL, (len(frames), 1, 1))
+    points[:, 3, 1] += 6 * opening(frames)
+    points += rng.normal(0, 0.1, points.shape) + rng.normal(0, 2, (1, 1, 2))
+    sound = 0.2 * opening(samples - late) * rng.normal(0, 1, len(samples)) + rng.normal(0, 1e-3, len(samples))
+    return points.astype(np.float32), np.clip(sound, -1, 1).astype(np.float32)
+
+
+def test_late_sound_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(sync, "_STEPS", 120)
+    rng = np.random.default_rng(0)
+    late = dict(zip([f"c{k:02}" for k in range(64)], rng.normal(0, 0.03, 64).round(3), strict=True))
+    seen, sounds = {}, {}
+    for name, seconds in late.items():
+        points, sound = clip(seconds, rng)
+        seen[name] = points, np.ones(len(points), bool)
+        write_wav(tmp_path / f"{name}.wav", sound, RATE)
+        sounds[name] = f"{name}.wav"
+    shop = Workshop(tmp_path, jobs=1)
+    found = find_sync(shop, sounds, seen, GROUPS, 25.0)
+    truth = np.array([late[n] for n in late])
+    measured = np.array([found.late[n] for n in late])
+    assert (measured - truth).std() < 0.012 and np.corrcoef(measured, truth)[0, 1] > 0.92
+    assert abs(found.spread - truth.std()) < 0.01 and not found.unknown
+    monkeypatch.setattr(sync, "_crossfitted", None)  # a second run does not hear the lips again
+    assert find_sync(shop, sounds, seen, GROUPS, 25.0) == found
+
+
+def test_groups_without_lips_are_an_error(tmp_path):
+    points = np.zeros((10, 8, 2), np.float32)
+    seen = {"a": (points, np.ones(10, bool))}
+    with pytest.raises(DnnvssError, match="named after lip or mouth"):
+        write_wav(tmp_path / "a.wav", np.zeros(6400, np.float32), RATE)
+        find_sync(Workshop(tmp_path, jobs=1), {"a": "a.wav"}, seen, {"all": (0, 8)}, 25.0)
+
+
+def test_estimates_are_shrunk_by_what_the_halves_disagree():
+    whole = np.array([-0.04, -0.02, 0.0, 0.02, 0.04])
+    agreed = shrunk("abcde", whole, whole, whole)
+    assert agreed.error == 0 and agreed.late == {"a": -0.04, "b": -0.02, "c": 0.0, "d": 0.02, "e": 0.04}
+    assert agreed.spread == pytest.approx(1.4826 * 0.02, abs=1e-5)
+    apart = np.array([-0.02, 0.02, 0.0, 0.02, -0.02])  # the whole clip errs by half its deviation
+    half = shrunk("abcde", whole, whole + apart / 2, whole - apart / 2)
+    assert half.error == pytest.approx(1.4826 * 0.01, abs=1e-5)
+    assert half.late["e"] == pytest.approx(0.75 * 0.04, abs=1e-4)  # 1 - (1/2)^2
+
+
+def test_a_clip_whose_halves_contradict_stays():
+    whole, other = np.array([0.01, -0.01, 0.03]), np.array([0.01, -0.01, -0.09])
+    found = shrunk("abc", whole, whole, other)
+    assert found.unknown == ["c"] and found.late["c"] == 0.0
+    assert isinstance(found, Sync)
+
+
+def test_sound_is_moved_and_keeps_its_length(tmp_path):
+    sound = np.zeros(RATE, np.float32)
+    sound[8000] = 0.5
+    write_wav(tmp_path / "raw.wav", sound, RATE)
+    for late, at in ((0.05, 7200), (-0.05, 8800), (0.0, 8000)):
+        moved = read_audio(tmp_path / in_step("a", tmp_path, "raw.wav", late)["audio"], RATE)
+        assert len(moved) == RATE and int(np.argmax(moved)) == at
+
+
+def test_given_times_move_with_the_sound(tmp_path):
+    tiers = [Tier("phones", [(0, 0.1, "sil"), (0.1, 0.4, "AY"), (0.4, 1, "sil")]),
+             Tier("words", [(0, 0.1, ""), (0.1, 0.4, "i"), (0.4, 1, "")])]
+    write_alignment(tmp_path / "a.TextGrid", Alignment(tiers))
+    for late, edges in ((0.04, [0, 0.06, 0.36, 1]), (-0.04, [0, 0.14, 0.44, 1]), (0.2, [0, 0.2, 1])):
+        found = given("a", tmp_path, tmp_path / "a.TextGrid", [("i", [("AY",)])], 25, "25", late)
+        assert Alignment.from_json(found["alignment"])["phones"].edges == pytest.approx(edges)
