@@ -47,7 +47,7 @@ def read_table(path: str | Path) -> FeatureTable:
     Raises:
         DnnvssError: the file is missing or no YAML, or names a block that does not exist.
     """
-    config: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p)), _REMEDY)
+    config: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p), resolve=True), _REMEDY)
     return FeatureTable.from_config(config)
 
 

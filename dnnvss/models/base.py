@@ -22,6 +22,9 @@ class Example:
         codes: frame codes of the labels, T frames.
         targets: static and derivative parameters (T, W, D) float32; None at synthesis.
         valid: (T,) bool, frames whose target was measured; None at synthesis.
+        alternatives: other codes of the same frames that may be true as well, such as other dynamic visemes. Networks
+            learn from all of them in turn, and average over all of them where they predict; other models heed
+            ``codes`` alone.
     """
 
     id: str
@@ -29,6 +32,7 @@ class Example:
     codes: FrameCodes
     targets: np.ndarray | None = None
     valid: np.ndarray | None = None
+    alternatives: tuple[FrameCodes, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """From a prepared corpus to the examples that models see."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.labels import FeatureTable, encode
 from dnnvss.models import Example
 from dnnvss.phones import SILENCES
-from dnnvss.timing import Alignment, FrameClock
+from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.trajectory import Windows, derivatives, resample
 
 SPLITS = ("train", "val", "test")
@@ -30,15 +30,22 @@ class Task:
     clock: FrameClock
     windows: Windows
 
-    def example(self, utterance: Utterance, parameters: np.ndarray | None = None,
-                valid: np.ndarray | None = None) -> Example:
+    def example(self, utterance: Utterance, parameters: np.ndarray | None = None, valid: np.ndarray | None = None,
+                visemes: Sequence[Tier] = ()) -> Example:
         """Return an utterance as models see it.
 
         Args:
             utterance: with the tiers ``phones`` and ``words``.
             parameters: measured AAM parameters (F, D) at the source rate, or None at synthesis.
             valid: (F,) bool, source frames that were measured.
+            visemes: tiers of dynamic visemes that may all be true; the first goes into the alignment, the others make
+                the alternatives. Where there is none, the utterance's own is used if the labels ask for it.
         """
+        if visemes:
+            first, *others = (replace(utterance, alignment=utterance.alignment.with_tier(tier)) for tier in visemes)
+            example = self.example(first, parameters, valid)
+            codes = tuple(encode(u.alignment, u.text, self.table, self.clock) for u in others)
+            return replace(example, alternatives=codes)
         codes = encode(utterance.alignment, utterance.text, self.table, self.clock)
         if parameters is None or valid is None:
             return Example(utterance.id, utterance.alignment, codes)
@@ -49,12 +56,14 @@ class Task:
                        valid[nearest])
 
 
-def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str) -> dict[str, list[Example]]:
-    """Return the examples of ``train``, ``val`` and ``test``."""
+def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,
+                   visemes: Mapping[str, Sequence[Tier]] | None = None) -> dict[str, list[Example]]:
+    """Return the examples of ``train``, ``val`` and ``test``; ``visemes`` are the tiers of each utterance, by id."""
 
     def examples(utterances: Sequence[Utterance]) -> list[Example]:
         codes = {u.id: encoded.clip(u.id) for u in utterances if u.id not in encoded.dropped}
-        return [task.example(u, codes[u.id].parameters, codes[u.id].valid) for u in utterances if u.id in codes]
+        return [task.example(u, codes[u.id].parameters, codes[u.id].valid, visemes[u.id] if visemes else ())
+                for u in utterances if u.id in codes]
 
     return {name: examples(corpus.split(name, variant)) for name in SPLITS}
 

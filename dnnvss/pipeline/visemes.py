@@ -6,9 +6,10 @@ that was encoded (by ``train.py``), and, where the corpus knows its true gesture
 
 import argparse
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from omegaconf import OmegaConf
@@ -33,6 +34,14 @@ from dnnvss.visemes import (
 )
 
 Pairs = list[tuple[Alignment, Clip]]
+
+
+_NOT_LEARNING = ("name", "source", "training", "samples", "predictor")
+
+
+def viseme_settings(config: Mapping[str, Any]) -> VisemeSettings:
+    """Return how units are learnt, from a file of ``conf/visemes``."""
+    return VisemeSettings.from_config({key: value for key, value in config.items() if key not in _NOT_LEARNING})
 
 
 def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock: FrameClock) -> dict[str, Clip]:
@@ -107,7 +116,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         config = files.read(options.visemes, OmegaConf.load, "Give a file of conf/visemes")
-        settings, clock = VisemeSettings.from_config(config), FrameClock(options.rate)
+        settings, clock = viseme_settings(config), FrameClock(options.rate)
         corpus = Corpus.open(options.corpus)
         encoded = newest_encoding(corpus)
         pairs = {}

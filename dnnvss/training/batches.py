@@ -1,6 +1,6 @@
 """Random batches of frames, drawn from the codes of all utterances at once."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import torch
@@ -25,12 +25,14 @@ class FrameBatches(IterableDataset):
         share: part of the frames drawn in an epoch.
         seed: of the order; None keeps the order of ``frames`` and every frame.
         epoch: returns the number of the epoch.
+        alternatives: stores of other codes for the same frames; batches take their inputs from all stores in turn.
     """
 
     def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray,
                  batch_size: int, share: float = 1.0, seed: int | None = None,
-                 epoch: Callable[[], int] = lambda: 0) -> None:
-        self.store, self.scaler, self.targets, self.frames = store, scaler, torch.from_numpy(targets), frames
+                 epoch: Callable[[], int] = lambda: 0, alternatives: Sequence[CodeStore] = ()) -> None:
+        self.stores, self.scaler = (store, *alternatives), scaler
+        self.targets, self.frames = torch.from_numpy(targets), frames
         self.batch_size, self.share, self.seed, self.epoch = min(batch_size, len(frames)), share, seed, epoch
 
     def __len__(self) -> int:
@@ -42,11 +44,12 @@ class FrameBatches(IterableDataset):
         order = self.frames
         if self.seed is not None:
             order = np.random.default_rng([self.seed, self.epoch()]).permutation(self.frames)
-        for start in range(0, len(self) * self.batch_size, self.batch_size):
-            yield self.batch(order[start : start + self.batch_size])
+        for number in range(len(self)):
+            yield self.batch(order[number * self.batch_size : (number + 1) * self.batch_size], number)
 
-    def batch(self, frames: np.ndarray) -> Batch:
-        """Return the inputs and targets of the given frames."""
-        active = torch.from_numpy(self.store.active(frames))
-        numeric = torch.from_numpy(self.scaler(self.store.numeric(frames)))
+    def batch(self, frames: np.ndarray, number: int = 0) -> Batch:
+        """Return the inputs and targets of the given frames, inputs from the store whose turn it is."""
+        store = self.stores[number % len(self.stores)]
+        active = torch.from_numpy(store.active(frames))
+        numeric = torch.from_numpy(self.scaler(store.numeric(frames)))
         return active, numeric, self.targets[torch.from_numpy(frames)]

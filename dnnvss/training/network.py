@@ -72,7 +72,8 @@ class NetworkModel(VisualModel):
 
     def predict(self, example: Example) -> Prediction:
         """Return mean streams and their error variance on the validation frames."""
-        normalised = self._forward(example.codes).reshape(-1, *self.mean_.shape)
+        known = [self._forward(codes) for codes in (example.codes, *example.alternatives)]
+        normalised = np.mean(known, axis=0).reshape(-1, *self.mean_.shape)
         variance = getattr(self, "variance_", self.deviation_**2)
         return Prediction(normalised * self.deviation_ + self.mean_, np.broadcast_to(variance, normalised.shape))
 
@@ -102,8 +103,9 @@ class NetworkModel(VisualModel):
         valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
         s = self.settings
         drawn = (s.batch_size, s.share, seed) if seed is not None else (_CHUNK, 1.0, None)
+        others = min(len(e.alternatives) for e in examples) if seed is not None else 0
         return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(targets), -1).astype(np.float32),
-                            np.flatnonzero(valid), *drawn)
+                            np.flatnonzero(valid), *drawn, alternatives=[_store(examples, k) for k in range(others)])
 
     @torch.inference_mode()
     def _forward(self, codes: FrameCodes) -> np.ndarray:
@@ -120,8 +122,8 @@ class NetworkModel(VisualModel):
         return np.concatenate(out)
 
 
-def _store(examples: Sequence[Example]) -> CodeStore:
-    return CodeStore.join((e.id, e.codes) for e in examples)
+def _store(examples: Sequence[Example], alternative: int | None = None) -> CodeStore:
+    return CodeStore.join((e.id, e.codes if alternative is None else e.alternatives[alternative]) for e in examples)
 
 
 def load_checkpoint(path: Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What is known of sequences of dynamic visemes before anything is said: which follows which, and how long each lasts."""
+"""What is known of sequences of dynamic visemes before anything is said: which follows which, and how long it lasts."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
