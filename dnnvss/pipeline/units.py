@@ -254,9 +254,9 @@ def unit_notes(units: CorpusUnits, plan: UnitPlan, test: Sequence[Example], fold
     files.write_json(folder / "units.json", {"source": plan.source, "training": plan.training, "samples": plan.samples,
                                              "units": len(units.model.visemes), "predicted": agreement})
     f1 = ", ".join(f"{value:.3f} within {n} frames" for n, value in s.f1.items())
-    text = (f"{len(units.model.visemes)} dynamic visemes, learnt from {plan.training} units. Those predicted from text, "
-            f"against those cut from the test video: right in {s.frames:.3f} of all frames and {s.moving:.3f} of those "
-            f"in which the face moves, sequence accuracy {s.sequence:.3f}, boundary F1 {f1} of {clock} a second, "
+    text = (f"{len(units.model.visemes)} dynamic visemes, learnt from {plan.training} units. Those predicted from "
+            f"text, against those cut from the test video: right in {s.frames:.3f} of all frames and {s.moving:.3f} of "
+            f"those in which the face moves, sequence accuracy {s.sequence:.3f}, boundary F1 {f1} of {clock} a second, "
             f"boundary error {s.error:.1f} ms.")
     return [SOURCES[plan.source], text]
 

@@ -10,5 +10,5 @@ from dnnvss.visemes.units import REST, TIER, Clip, Visemes, VisemeSettings, alig
 
 __all__ = ["METHODS", "REST", "RULES", "TIER", "BoundaryScores", "Choice", "Clip", "DecodingSettings", "Evidence",
            "GestureSettings", "Gestures", "Grammar", "Partition", "UnitScores", "VisemeSettings", "Visemes",
-           "aligned_clip", "boundary_scores", "compare_units", "cut", "label_agreement", "learn", "partition", "point_view",
-           "reference_speed", "sample", "silence_mask", "unit_scores", "viseme_tier", "viterbi"]
+           "aligned_clip", "boundary_scores", "compare_units", "cut", "label_agreement", "learn", "partition",
+           "point_view", "reference_speed", "sample", "silence_mask", "unit_scores", "viseme_tier", "viterbi"]
