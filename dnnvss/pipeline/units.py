@@ -82,7 +82,8 @@ class UnitPlan:
         predictor: how they are predicted.
         source: whence an utterance has its units when it is tested or spoken: one of :data:`SOURCES`.
         training: whence in training: one of :data:`TRAINING`.
-        samples: 0 for the most likely sequence, more for as many that are drawn, over which the network averages.
+        samples: how many sequences are drawn beside the most likely one when an utterance is tested or spoken; the
+            network averages over all of them.
 
     Raises:
         DnnvssError: a word that is not known, or fewer samples than none.
@@ -132,13 +133,12 @@ class UnitModel:
     samples: int
 
     def tiers(self, utterance: Utterance, codes: FrameCodes | None = None) -> list[Tier]:
-        """Return the predicted tiers of an utterance: the most likely one, or as many as are to be averaged over."""
+        """Return the predicted tiers of an utterance: the most likely one, and as many more as ``samples`` says."""
         alignment = utterance.alignment
         if codes is None:
             codes = encode(alignment, utterance.text, self.predictor.network.table, self.predictor.clock)
-        if not self.samples:
-            return [self.predictor.tier(codes, alignment)]
-        return self.predictor.samples(codes, alignment, self.samples)
+        drawn = self.predictor.samples(codes, alignment, self.samples) if self.samples else []
+        return [self.predictor.tier(codes, alignment), *drawn]
 
     def save(self, path: Path) -> None:
         """Write tensors and plain containers."""
@@ -167,7 +167,7 @@ class CorpusUnits:
     Args:
         model: units and predictor, from the training utterances.
         oracle: the tier cut from the video, of each utterance by id.
-        predicted: the tiers predicted from text.
+        predicted: those predicted from text; of training utterances the most likely one alone.
     """
 
     model: UnitModel
@@ -218,16 +218,14 @@ def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClo
     train, val = list(clips["train"]), list(clips["val"])
     predicted: dict[str, list[Tier]] = {}
 
-    def predict(model: UnitModel, ids: Sequence[str]) -> None:
-        predicted.update({i: model.tiers(corpus.utterances[i], codes[i]) for i in ids})
-
     steps = tqdm(range(plan.predictor.folds + 1), "predicting dynamic visemes", unit=" fits", leave=False)
     for fold in steps:
         held = set(train[fold :: plan.predictor.folds]) if fold < plan.predictor.folds else set()
         seen = [i for i in train if i not in held]
         predictor = _fit_predictor(seen, val, codes, oracle, len(visemes), clock, plan.predictor)
-        model = UnitModel(visemes, predictor, plan.samples)
-        predict(model, sorted(held) if held else [i for i in oracle if i not in predicted])
+        predicted |= {i: [predictor.tier(codes[i], corpus.utterances[i].alignment)] for i in held}
+    model = UnitModel(visemes, predictor, plan.samples)
+    predicted |= {i: model.tiers(corpus.utterances[i], codes[i]) for i in oracle if i not in predicted}
     return CorpusUnits(model, oracle, predicted)
 
 
