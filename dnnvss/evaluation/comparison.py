@@ -126,14 +126,18 @@ CLASS_METRICS = {"rmse": "RMSE (sd)", "landmarks": "landmarks (px)", "aperture":
 distance of the landmarks, and mean aperture of the prediction less that of the truth."""
 
 
-def compare(bench: Bench, systems: Mapping[str, Predictions], seed: int = 0, with_anchors: bool = True) -> Comparison:
-    """Return all metrics of all systems, the null anchors after them.
+def compare(
+    bench: Bench, systems: Mapping[str, Predictions], seed: int = 0, with_anchors: bool = True,
+    measures: tuple[Measure, ...] = MEASURES,
+) -> Comparison:
+    """Return the metrics of all systems, the null anchors after them.
 
     Args:
         bench: the sentences.
         systems: name to sentence id to trajectory (T, D).
         seed: of anchors, intervals and tests.
         with_anchors: whether to add :func:`dnnvss.evaluation.anchors.anchors`.
+        measures: the metrics; those that need a face are left out where the bench has none.
 
     Raises:
         DnnvssError: nothing to compare, or a prediction that is missing, of another size or not finite.
@@ -142,7 +146,7 @@ def compare(bench: Bench, systems: Mapping[str, Predictions], seed: int = 0, wit
         raise DnnvssError("there is nothing to compare", remedy="Give one run and one test sentence at least")
     checked = {name: {s.id: _checked(name, own, s) for s in bench.sentences} for name, own in systems.items()}
     extra = {name: p for name, p in anchors(bench, seed).items() if name not in checked} if with_anchors else {}
-    measures = tuple(m for m in MEASURES if bench.face is not None or not m.needs_face)
+    measures = tuple(m for m in measures if bench.face is not None or not m.needs_face)
     pairs, classes = {}, {}
     for name, predicted in {**checked, **extra}.items():
         rows = {m.name: [m.pair(bench, s, predicted[s.id]) for s in bench.sentences] for m in measures}

@@ -1,11 +1,15 @@
 """What all commands share: a mistake of the user ends in one clear line, not in a traceback."""
 
+import errno
 import functools
 import sys
 from collections.abc import Callable
 from typing import Any
 
 from dnnvss.errors import DnnvssError
+
+_TEXTS = ("text", "wav", "alignment", "out", "run", "keys", "export_keys")
+"""Settings whose values are text or paths."""
 
 
 def command(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -18,6 +22,12 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
         except DnnvssError as error:
             print(f"error: {error}", file=sys.stderr)
             sys.exit(1)
+        except OSError as error:
+            if error.errno != errno.ENOSPC:
+                raise
+            print(f"error: {error.filename or 'the disk'}: cannot be written (no space left). Free some space, then run "
+                  "the same command again: it resumes.", file=sys.stderr)
+            sys.exit(1)
         except KeyboardInterrupt:
             print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
             sys.exit(130)
@@ -25,7 +35,7 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
     return wrapped
 
 
-def quoted(arguments: list[str], keys: tuple[str, ...] = ("text", "wav", "alignment", "out", "run")) -> list[str]:
+def quoted(arguments: list[str], keys: tuple[str, ...] = _TEXTS) -> list[str]:
     """Return command-line arguments in which the values of ``keys`` are quoted for hydra.
 
     Hydra gives commas, colons, braces and quotes a meaning of their own; in a sentence or a path they are just text.
@@ -39,3 +49,11 @@ def quoted(arguments: list[str], keys: tuple[str, ...] = ("text", "wav", "alignm
         return f"{key}='{escaped}'"
 
     return [quote(argument) for argument in arguments]
+
+
+def grouped(arguments: list[str]) -> list[str]:
+    """Return command-line arguments in which ``+experiment=X`` means ``experiment=X``, and ``+debug=X`` likewise.
+
+    Both groups are in the defaults, empty; hydra would refuse the plus, which its manual recommends for such groups.
+    """
+    return [a[1:] if a.startswith(("+experiment=", "+debug=")) else a for a in arguments]

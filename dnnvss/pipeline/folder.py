@@ -4,6 +4,7 @@ import hashlib
 import json
 import platform
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -12,13 +13,18 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import __version__, files
+from dnnvss.aam import ActiveAppearanceModel
+from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import FeatureTable
-from dnnvss.models import VisualModel
+from dnnvss.models import Example, VisualModel
 from dnnvss.pipeline.data import Task
+from dnnvss.pipeline.style import Generator
+from dnnvss.pipeline.units import UnitModel
 from dnnvss.timing import FrameClock
 from dnnvss.training.network import load_checkpoint, save_checkpoint
-from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
+from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2, Talker
+from dnnvss.visemes import TIER
 
 _PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocketsphinx")
 WINDOWS = {"static": STATIC, "static_delta": STATIC_DELTA, "static_delta_delta2": STATIC_DELTA_DELTA2}
@@ -32,6 +38,8 @@ def run_name(config: DictConfig, fingerprint: str) -> str:
     for quiet in ("progress", "figure_every"):
         kept["trainer"].pop(quiet, None)
         kept["model"].get("settings", {}).pop(quiet, None)
+    if not make_task(config).table.uses_visemes:
+        del kept["visemes"]
     kept["corpus"] = {"fingerprint": fingerprint, "split": config.corpus.split}
     digest = hashlib.sha256(json.dumps([kept, __version__], sort_keys=True).encode()).hexdigest()[:8]
     parts = [config.corpus.name, config.corpus.split, config.labels.name, config.model.name, digest]
@@ -52,6 +60,27 @@ class Run:
     config: DictConfig
     task: Task
     model: VisualModel
+
+    @cached_property
+    def face(self) -> ActiveAppearanceModel:
+        """The appearance model that turns trajectories into pictures."""
+        return ActiveAppearanceModel.load(self.folder / "aam.npz")
+
+    @cached_property
+    def generator(self) -> Generator:
+        """What turns examples into trajectories, with what was learnt of the talker."""
+        return Generator(self.task, self.model, Talker.load(self.folder / "talker.npz"))
+
+    @cached_property
+    def units(self) -> UnitModel | None:
+        """The dynamic visemes of the run and their predictor, None where its labels have none."""
+        return UnitModel.load(self.folder / "units.pt") if self.task.table.uses_visemes else None
+
+    def example(self, utterance: Utterance) -> Example:
+        """Return an utterance as the model sees it; where it has no tier ``visemes``, that is predicted from text."""
+        if self.units is None or TIER in utterance.alignment:
+            return self.task.example(utterance)
+        return self.task.example(utterance, visemes=self.units.tiers(utterance))
 
     @staticmethod
     def save(folder: Path, task: Task, model: VisualModel) -> None:

@@ -1,21 +1,24 @@
 """From text, a voice or an alignment to a rendered talking face."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance, read_audio, write_wav
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, write_alignment
+from dnnvss.models import Example
 from dnnvss.phones import SILENCES, nearest, strip_stress
 from dnnvss.pipeline.folder import Run, newest
+from dnnvss.pipeline.style import functionals, make_style
 from dnnvss.timing import Alignment, FrameClock
-from dnnvss.trajectory import mlpg, resample
+from dnnvss.trajectory import read_keys, resample, sample_keys, write_keys
+from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
     from dnnvss.text.sentence import Sentence, Word
@@ -50,12 +53,19 @@ def synthesise(config: DictConfig) -> None:
     alignment, replaced = replace_unseen(plan.alignment, voice["phones"])
     for phone, other in replaced.items():
         print(f"the talker never spoke {phone}: {other} stands in for it")
-    trajectory = generate(run, Utterance("synthesis", plan.text, alignment))
-    out = Path(config.out)
+    example = run.example(Utterance("synthesis", plan.text, alignment))
+    if run.units:
+        whence = "given with the alignment" if TIER in alignment else "predicted from text"
+        print(f"dynamic visemes: {whence}")
+        visemes = plan.alignment.with_tier(example.alignment[TIER])
+        plan = replace(plan, alignment=visemes, notes={**plan.notes, "visemes": whence})
+    trajectory = generate(config, run, example, plan)
+    exported = [_export_keys(config, run, trajectory, plan)] if config.export_keys else []
     rate = FrameClock(config.rate or voice["rate"])
-    notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced}
-    notes["credit"] = voice["credit"]
-    written = write_outputs(run, out, rate, config.scale, trajectory, plan, notes)
+    style = OmegaConf.to_container(config.style, resolve=True)
+    notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "style": style,
+             "keys": config.keys, "credit": voice["credit"]}
+    written = write_outputs(run, Path(config.out), rate, config.scale, trajectory, plan, notes) + exported
     print("wrote " + ", ".join(str(p) for p in written))
 
 
@@ -129,7 +139,8 @@ def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Se
     engine = find_engine(config.speech.engine, imposing=timed)
     speech = engine.speak(sentence, plan.alignment)
     print(f"speech: {engine.name}")
-    return Plan(plan.text, speech.alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})
+    alignment = speech.alignment.with_tier(plan.alignment[TIER]) if TIER in plan.alignment else speech.alignment
+    return Plan(plan.text, alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})
 
 
 def replace_unseen(alignment: Alignment, known: list[str]) -> tuple[Alignment, dict[str, str]]:
@@ -140,10 +151,24 @@ def replace_unseen(alignment: Alignment, known: list[str]) -> tuple[Alignment, d
     return alignment.with_tier(tier.renamed(replaced.get(p, p) for p in tier.labels)), replaced
 
 
-def generate(run: Run, utterance: Utterance) -> np.ndarray:
-    """Return the trajectory (T, D) of an utterance on the run's clock."""
-    prediction = run.model.predict(run.task.example(utterance))
-    return np.asarray(mlpg(prediction.mean, prediction.variance, run.task.windows))
+def generate(config: DictConfig, run: Run, example: Example, plan: Plan) -> np.ndarray:
+    """Return the trajectory (T, D) on the run's clock, in the style and with the keys that ``config`` asks for."""
+    style = make_style(config.style, run.face.names)
+    for setting, missing in run.generator.talker.unknown.items():
+        if getattr(style, setting):
+            print(f"the talker's recordings hold no {missing}: style.{setting} has no effect")
+    keys = read_keys(config.keys) if config.keys else []
+    held = functionals(run.face, run.generator.talker)
+    return run.generator(example, style, keys, held, plan.alignment["phones"])
+
+
+def _export_keys(config: DictConfig, run: Run, trajectory: np.ndarray, plan: Plan) -> Path:
+    known = functionals(run.face, run.generator.talker)
+    if unknown := [name for name in config.key_names if name not in known]:
+        raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}", remedy=f"Use some of: {', '.join(known)}")
+    held = {name: known[name] for name in config.key_names}
+    keys = sample_keys(trajectory, run.task.clock, held, plan.alignment["phones"], config.key_positions)
+    return write_keys(config.export_keys, keys)
 
 
 def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajectory: np.ndarray, plan: Plan,
@@ -151,14 +176,12 @@ def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajector
     """Write video, trajectory, alignment, plot and report; return their paths, the video first."""
     from tqdm import tqdm
 
-    from dnnvss.aam import ActiveAppearanceModel
     from dnnvss.render import Neutral, Renderer, write_video
     from dnnvss.render.plots import plot_trajectories
 
-    model = ActiveAppearanceModel.load(run.folder / "aam.npz")
-    renderer = Renderer(model, Neutral.load(run.folder / "face.npz"), scale)
+    renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"), scale)
     clock = run.task.clock
-    columns = np.array(model.names)
+    columns = np.array(run.face.names)
     written = [out, *(out.with_suffix(s) for s in (".npz", ".TextGrid", ".png", ".json"))]
     files.write_arrays(written[1], parameters=trajectory.astype(np.float32), rate=float(clock.rate), columns=columns,
                        points=renderer.points_in_image(trajectory).astype(np.float32))
@@ -174,8 +197,10 @@ def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajector
 
 
 def render_utterance(run: Run, corpus: Corpus, utterance: Utterance, out: Path) -> None:
-    """Write a video of an utterance of the corpus, its face predicted from the recording's phone times."""
+    """Write a video of an utterance of the corpus in the run's style, predicted from the recording's phone times."""
     samples = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
     plan = Plan(utterance.text, utterance.alignment, samples, _SOUND_RATE)
     notes = {"run": str(run.folder), "utterance": utterance.id, "text": utterance.text, "credit": corpus.info.credit}
-    write_outputs(run, out, utterance.clock, 1, generate(run, utterance), plan, notes)
+    style = make_style(run.config.style, run.face.names)
+    trajectory = run.generator(run.example(utterance), style)
+    write_outputs(run, out, utterance.clock, 1, trajectory, plan, notes)

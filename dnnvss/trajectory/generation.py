@@ -39,7 +39,7 @@ class Talker:
 
     Args:
         natural: variance of each coefficient within an utterance's speech, geometric mean over utterances, (D,).
-        rest: mean parameters in silence, (D,).
+        rest: mean parameters in silence, (D,); NaN where there was none.
         rest_deviation: their standard deviation there, (D,).
         aperture, lower_lip: functionals of the parameters.
         closed: the aperture that half of the talker's p, b and m reach; NaN where there were none.
@@ -70,14 +70,13 @@ class Talker:
             model: the face.
 
         Raises:
-            DnnvssError: no utterance, or none with silence.
+            DnnvssError: no utterance, or none with speech.
         """
+        natural = _typical(speech_variances(references, tiers, clock))
         silent = [silent_frames(tier, clock, len(x), _RAMP, _RAMP) for x, tier in zip(references, tiers, strict=True)]
-        still = [x[mask] for x, mask in zip(references, silent, strict=True)]
-        if not sum(map(len, still)):
-            raise DnnvssError("no utterance holds silence, so the face at rest is not known",
-                              remedy="Keep a little silence around the sentences")
-        at_rest = np.concatenate(still).astype(float)
+        at_rest = np.concatenate([x[mask] for x, mask in zip(references, silent, strict=True)]).astype(float)
+        if len(at_rest) < 2:
+            at_rest = np.full((1, len(natural)), np.nan)
         aperture, lip = Gauge(model.aperture.vector, model.aperture.constant), lower_lip(model)
 
         def reached(gauge: Gauge, phones: tuple[str, ...]) -> float:
@@ -85,9 +84,15 @@ class Talker:
             least = [phone_extremes(t, clock, phones, x) for x, t in zip(tracks, tiers, strict=True)]
             return level(least) if sum(map(len, least)) else float("nan")
 
-        natural = _typical(speech_variances(references, tiers, clock))
         return cls(natural, at_rest.mean(axis=0), at_rest.std(axis=0), aperture, lip,
                    reached(aperture, BILABIALS), reached(lip, LABIODENTALS))
+
+    @property
+    def unknown(self) -> dict[str, str]:
+        """The settings of a style that have no effect with this talker, and what was missing in the recordings."""
+        missing = {"closures": (self.closed, "p, b or m"), "contacts": (self.raised, "f or v"),
+                   "rest": (self.rest.sum(), "silence")}
+        return {name: what for name, (value, what) in missing.items() if np.isnan(value)}
 
     def knowing(self, predicted: Sequence[np.ndarray], references: Sequence[np.ndarray], tiers: Sequence[Tier],
                 clock: FrameClock) -> "Talker":
@@ -153,6 +158,9 @@ class Style:
         contacts: whether the lower lip must reach the teeth on f and v.
         rest: whether silence pulls the face to rest.
         anticipation, release: seconds of silence before and after speech in which the face is left free.
+
+    Raises:
+        DnnvssError: a dial or a time that is negative or not a number.
     """
 
     articulation: float | None = None
@@ -163,6 +171,18 @@ class Style:
     rest: bool = False
     anticipation: float = 0.15
     release: float = 0.15
+
+    def __post_init__(self) -> None:
+        numbers = {"articulation": self.articulation, "anticipation": self.anticipation, "release": self.release,
+                   **{f"by_group.{name}": value for name, value in self.by_group.items()}}
+        for name, value in numbers.items():
+            if value is not None and (isinstance(value, str) or not 0 <= value < np.inf):
+                raise DnnvssError(f"style.{name}={value}", remedy="Give a number, 0 or more")
+
+    @property
+    def plain(self) -> bool:
+        """Whether the style changes nothing of what MLPG gives."""
+        return not (self.by_group or self.closures or self.contacts or self.rest) and self.articulation is None
 
 
 def generate(
@@ -178,7 +198,9 @@ def generate(
     """Return the trajectory (T, D) of a prediction in a style, in the dtype of ``mean``.
 
     Rest in silence joins the prediction, MLPG makes it smooth, the dial scales speech about its mean (fading out
-    towards silence), and closures, contacts and the caller's constraints are held in one last solve.
+    towards silence), and closures, contacts and the caller's constraints are held in one last solve. What the talker
+    never showed (:attr:`Talker.unknown`) is left out. Where a constraint of the caller forbids a closure or a contact,
+    e.g. a key that opens the mouth on a p, the caller's wins.
 
     Args:
         mean, variance: the prediction; variance broadcasts to (T, W, D).
@@ -194,7 +216,8 @@ def generate(
     """
     style = style or Style()
     frames, columns = len(mean), mean.shape[2]
-    if style.rest:
+    unknown = talker.unknown
+    if style.rest and "rest" not in unknown:
         dtype = mean.dtype
         mean, variance = rest_in_silence(mean, variance, tier, clock, talker.rest, talker.rest_deviation,
                                          style.anticipation, style.release)
@@ -206,10 +229,11 @@ def generate(
         x = articulate(x, setting, talker.natural, talker.own, ~silent_frames(tier, clock, frames),
                        fade=speech_weight(tier, clock, frames))
     held = [] if constraints is None else [constraints]
-    if style.closures and not np.isnan(talker.closed):
-        held.append(closure(talker.closed).constraints(tier, clock, talker.aperture, frames))
-    if style.contacts and not np.isnan(talker.raised):
-        held.append(teeth_contact(talker.raised).constraints(tier, clock, talker.lower_lip, frames))
+    own = Constraints.none(columns) if constraints is None else constraints
+    if style.closures and "closures" not in unknown:
+        held.append(closure(talker.closed).constraints(tier, clock, talker.aperture, frames, own))
+    if style.contacts and "contacts" not in unknown:
+        held.append(teeth_contact(talker.raised).constraints(tier, clock, talker.lower_lip, frames, own))
     return constrain(x, variance, Constraints.joined(held), windows) if held else x
 
 

@@ -74,13 +74,30 @@ class PhoneRule:
     part: tuple[float, float] = (0.25, 0.75)
     softness: float = 0.0
 
-    def constraints(self, tier: Tier, clock: FrameClock, functional: Linear, frames: int) -> Constraints:
-        """Return the constraints of an utterance of ``frames`` frames; labels say phone and time."""
+    def constraints(self, tier: Tier, clock: FrameClock, functional: Linear, frames: int,
+                    first: Constraints | None = None) -> Constraints:
+        """Return the constraints of an utterance of ``frames`` frames; labels say phone and time.
+
+        Args:
+            tier: the phones tier.
+            clock: the trajectory clock.
+            functional: what is measured.
+            frames: T.
+            first: constraints that come first: a phone in which one of them asks the same functional for values
+                outside the rule's range is left to it.
+        """
         parts = [Constraints.none(len(functional.vector))]
         for segment, at in phone_frames(tier, clock, self.phones, frames, self.part):
+            if first is not None and self._forbidden(first, functional, at):
+                continue
             parts.append(hold(at, functional.vector, functional.constant, low=self.low, high=self.high,
                               softness=self.softness, label=f"{self.name} on {segment.label} at {segment.start:.2f} s"))
         return Constraints.joined(parts)
+
+    def _forbidden(self, first: Constraints, functional: Linear, at: np.ndarray) -> bool:
+        same = np.isin(first.frames, at) & (first.streams == 0) & (first.vectors == functional.vector).all(axis=1)
+        low, high = (bound[same] + functional.constant for bound in (first.low, first.high))
+        return bool(((low > self.high) | (high < self.low)).any())
 
 
 def closure(closed: float, **changes: object) -> PhoneRule:

@@ -127,9 +127,31 @@ def test_a_talker_is_saved_and_loaded(talker, tmp_path):
         Talker.load(tmp_path / "other.npz")
 
 
-def test_a_talker_needs_silence_and_speech():
+def test_what_the_talker_never_showed_is_left_out():
     spoken = Tier("phones", [(0, 2.0, "AA")])
-    with pytest.raises(DnnvssError, match="silence"):
-        Talker.of([movement(0)], [spoken], CLOCK, face())
+    talker = Talker.of([movement(0)], [spoken], CLOCK, face())
+    assert talker.unknown == {"closures": "p, b or m", "contacts": "f or v", "rest": "silence"}
+    mean, variance = prediction()
+    everything = generate(mean, variance, TIER, CLOCK, talker, Style(closures=True, contacts=True, rest=True))
+    assert np.array_equal(everything, mlpg(mean, variance))
     with pytest.raises(DnnvssError, match="speech"):
-        speech_variances([movement(0)], [Tier("phones", [(0, 2.0, "sil")])], CLOCK)
+        Talker.of([movement(0)], [Tier("phones", [(0, 2.0, "sil")])], CLOCK, face())
+
+
+def test_a_key_that_opens_the_mouth_on_b_wins_over_the_rule(talker):
+    mean, variance = prediction(0.3)
+    style = Style(closures=True, contacts=True)
+    key = hold([85], talker.aperture.vector, talker.aperture.constant, value=6.0, label="key")
+    x = generate(mean, variance, TIER, CLOCK, talker, style, constraints=key)
+    assert measure(talker.aperture, x)[85] == pytest.approx(6.0, abs=1e-4)
+    assert measure(talker.lower_lip, x)[123:127].max() < talker.raised + 1e-5
+    agreeing = hold([85], talker.aperture.vector, talker.aperture.constant, high=6.0, label="key")
+    y = generate(mean, variance, TIER, CLOCK, talker, style, constraints=agreeing)
+    assert measure(talker.aperture, y)[83:87].max() < talker.closed + 1e-5
+
+
+@pytest.mark.parametrize("wrong", [{"articulation": -1.0}, {"articulation": float("nan")}, {"release": "long"},
+                                   {"by_group": {"jaw": -0.5}}])
+def test_a_dial_that_is_no_number_is_named(wrong):
+    with pytest.raises(DnnvssError, match=f"style.{next(iter(wrong))}"):
+        Style(**wrong)
