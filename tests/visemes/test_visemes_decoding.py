@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from dnnvss.errors import DnnvssError
-from dnnvss.visemes import DecodingSettings, Evidence, Grammar, sample, viterbi
+from dnnvss.timing import FrameClock, Tier
+from dnnvss.visemes import DecodingSettings, Evidence, Grammar, sample, unit_scores, viterbi
 
 SEQUENCES = [(np.array([0, 1, 2, 0]), np.array([3, 2, 1, 2])), (np.array([0, 2, 0]), np.array([2, 3, 3])),
              (np.array([1, 0]), np.array([1, 4]))]
@@ -99,3 +100,14 @@ def test_what_cannot_be_is_refused() -> None:
         Grammar.of([], 3)
     with pytest.raises(DnnvssError, match=r"decoding.cuts is -1"):
         DecodingSettings(cuts=-1)
+
+
+def test_scores_of_predicted_units_by_hand() -> None:
+    """True 0 1 2 0 with cuts at 3, 6, 8; found 0 2 0 with cuts at 4, 8: one edit, one cut exact and one a frame off."""
+    clock = FrameClock(100)
+    true = Tier("visemes", [(0, 0.03, "0"), (0.03, 0.06, "1"), (0.06, 0.08, "2"), (0.08, 0.1, "0")])
+    found = Tier("visemes", [(0, 0.04, "0"), (0.04, 0.08, "2"), (0.08, 0.1, "0")])
+    scores = unit_scores([(found, true)], clock, (0, 1))
+    assert scores.frames == pytest.approx(0.7) and scores.moving == pytest.approx(2 / 5)
+    assert scores.sequence == pytest.approx(3 / 4)
+    assert scores.f1 == pytest.approx({0: 2 / 5, 1: 4 / 5}) and scores.error == pytest.approx(10 * (1 + 2 + 0) / 3)
