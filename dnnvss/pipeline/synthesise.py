@@ -13,15 +13,16 @@ from dnnvss.corpus import Corpus, Utterance, read_audio, write_wav
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.models import Example
-from dnnvss.phones import SILENCES, nearest, strip_stress
+from dnnvss.phones import SILENCES, nearest
 from dnnvss.pipeline.folder import Run, newest
+from dnnvss.pipeline.risks import find_risks, summary, word_risks
 from dnnvss.pipeline.style import functionals, make_style
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.trajectory import read_keys, resample, sample_keys, write_keys
 from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
-    from dnnvss.text.sentence import Sentence, Word
+    from dnnvss.text.sentence import Sentence
 
 _ALIGNER_RATE, _SOUND_RATE = 16000, 48000
 
@@ -48,7 +49,7 @@ class Plan:
 def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
     run = Run.open(Path(config.run) if config.run else newest(Path(config.runs)))
-    voice = files.read_json(run.folder / "voice.json", "Train the run again")
+    voice = read_voice(run)
     plan = make_plan(config, run, voice)
     alignment, replaced = replace_unseen(plan.alignment, voice["phones"])
     for phone, other in replaced.items():
@@ -60,13 +61,31 @@ def synthesise(config: DictConfig) -> None:
         visemes = plan.alignment.with_tier(example.alignment[TIER])
         plan = replace(plan, alignment=visemes, notes={**plan.notes, "visemes": whence})
     trajectory = generate(config, run, example, plan)
+    spans = find_risks(plan.alignment, run.task.clock, replaced, voice["triphones"], word_risks(
+        plan.notes.get("pronunciation", ()), plan.notes.get("alignment_scores", ())))
+    print(summary(spans, len(trajectory)))
+    risks = {"frames": len(trajectory), "rate": str(run.task.clock.rate), "spans": [s.to_json() for s in spans]}
     exported = [_export_keys(config, run, trajectory, plan)] if config.export_keys else []
     rate = FrameClock(config.rate or voice["rate"])
     style = OmegaConf.to_container(config.style, resolve=True)
-    notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "style": style,
-             "keys": config.keys, "credit": voice["credit"]}
+    notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
+             "style": style, "keys": config.keys, "credit": voice["credit"]}
     written = write_outputs(run, Path(config.out), rate, config.scale, trajectory, plan, notes) + exported
     print("wrote " + ", ".join(str(p) for p in written))
+
+
+def read_voice(run: Run) -> dict[str, Any]:
+    """Return what the run knows of its talker: phones and triphones spoken, variant of English, frame rate, credit.
+
+    Raises:
+        DnnvssError: the file is missing or from an older version.
+    """
+    path = run.folder / "voice.json"
+    voice: dict[str, Any] = files.read_json(path, "Train the run again")
+    if "triphones" not in voice:
+        raise DnnvssError("does not say which triphones the talker spoke", file=path,
+                          remedy="Train the run again with overwrite=true")
+    return voice
 
 
 def make_plan(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
@@ -80,15 +99,6 @@ def make_plan(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
     if not config.text or not str(config.text).strip():
         raise DnnvssError("nothing to say: text is empty", remedy='Give text="...", or alignment=FILE')
     return _from_voice(config, voice) if config.wav else _from_text(config, run, voice)
-
-
-def _choices(word: "Word", variant: str) -> list[tuple[str, ...]]:
-    """Return the pronunciations that the sound may choose among; what the user or the context fixed stays fixed."""
-    from dnnvss.text.lexicon import pronunciations
-
-    first = tuple(strip_stress(p) for p in word.phones)
-    others = pronunciations(word.spoken, variant) if word.source == "lexicon" else []
-    return list(dict.fromkeys([first, *others]))
 
 
 def _parsed(config: DictConfig, voice: dict[str, Any], text: str | None = None) -> "Sentence":
@@ -111,7 +121,7 @@ def _from_voice(config: DictConfig, voice: dict[str, Any]) -> Plan:
     from dnnvss.speech.align import align
 
     sentence = _parsed(config, voice)
-    words = [(w.spoken, _choices(w, voice["variant"])) for w in sentence.words]
+    words = [(w.spoken, w.choices(voice["variant"])) for w in sentence.words]
     aligned = align(read_audio(config.wav, _ALIGNER_RATE), words)
     notes = {"engine": "the given recording", "pronunciation": sentence.report(), "alignment_scores": aligned.scores}
     return Plan(sentence.text, aligned.alignment, read_audio(config.wav, _SOUND_RATE), notes=notes)

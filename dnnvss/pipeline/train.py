@@ -13,6 +13,7 @@ from dnnvss.phones import SILENCES
 from dnnvss.pipeline.data import SPLITS, split_examples
 from dnnvss.pipeline.evaluate import evaluate_run
 from dnnvss.pipeline.folder import Run, make_model, make_task, provenance, run_name
+from dnnvss.pipeline.risks import spoken_triphones
 from dnnvss.pipeline.style import Generator, learn_talker, make_style
 from dnnvss.pipeline.units import UnitPlan, corpus_units, unit_notes
 from dnnvss.render import choose_neutral
@@ -82,7 +83,8 @@ def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: Dic
     choose_neutral(corpus, encoded).save(folder / "face.npz")
     DurationModel.fit(train).save(folder / "durations.npz")
     spoken = sorted({p for u in train for p in u.alignment["phones"].labels} - set(SILENCES))
-    voice = {"phones": spoken, "variant": corpus.info.variant, "rate": corpus.info.rate, "credit": corpus.info.credit}
+    voice = {"phones": spoken, "variant": corpus.info.variant, "rate": corpus.info.rate, "credit": corpus.info.credit,
+             "triphones": spoken_triphones(u.alignment for u in train)}
     files.write_json(folder / "voice.json", voice)
 
 

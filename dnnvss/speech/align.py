@@ -21,8 +21,15 @@ sentences of three synthetic voices -21, -71 and -29. Of other sentences of the 
 speech that the text leaves out gives silences about -60, white noise as strong as the speech (0 dB) means of -33 to
 -53."""
 
+DOUBTFUL = -30.0
+"""Log score a frame below which a word of an alignment that was not refused is doubtful."""
+
 QUIET = 1e-3
 """Largest sample of a sound that is taken to hold nothing."""
+
+_BEAM, _WIDE_BEAM = 1e-80, 1e-200
+
+_NOT_FOUND = "was not found in the sound"
 
 _LEAST = 0.03
 """Seconds that a phone takes at least: three frames of the acoustic model."""
@@ -49,7 +56,8 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
     """Return the phones and words of a recording, in time.
 
     Each attempt is two passes of pocketsphinx over a stretch of the sound; the first one that finds all words with a
-    credible score is taken: the spoken part, the whole recording, half the gain, then with wider beams.
+    credible score is taken: the spoken part, the whole recording, half the gain, and where none of these found a path
+    at all, with wider beams.
 
     Args:
         audio: (n,) float32 in [-1, 1] at 16 kHz.
@@ -64,9 +72,11 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
     said = " ".join(word for word, _ in words)
     reasons = []
     for attempt, (start, end), gain, beam in _attempts(audio, bounds, slack):
+        if beam < _BEAM and set(reasons) != {_NOT_FOUND}:
+            break  # a path was found, and it does not fit: others are worse
         heard = decode(audio[int(start * RATE) : int(end * RATE)] * gain, [ways for _, ways in words], beam)
         if heard is None:
-            reasons.append("was not found in the sound")
+            reasons.append(_NOT_FOUND)
             continue
         heard = [h._replace(start=h.start + start, end=h.end + start) for h in heard]
         doubt = _doubt(heard, words)
@@ -75,7 +85,7 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
             scores = tuple(_score([h for h in heard if h.word == k]) for k in range(len(words)))
             return Aligned(tiers(pieces, [word for word, _ in words], len(audio) / RATE), scores, attempt)
         reasons.append(doubt)
-    why = next((r for r in reasons if "not found" not in r), reasons[0])
+    why = next((r for r in reasons if r != _NOT_FOUND), _NOT_FOUND)
     raise DnnvssError(f"the text {said!r} {why}", remedy="Give the words that were said, all of them, and a recording "
                       "without noise")
 
@@ -97,11 +107,11 @@ def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,
     whole = (0.0, len(audio) / RATE)
     spoken = (bounds[0][0], bounds[-1][1]) if bounds else spoken_part(audio)
     crop = (max(0.0, spoken[0] - slack), min(whole[1], spoken[1] + slack))
-    yield "spoken part", crop, 1.0, 1e-80
-    yield "whole recording", whole, 1.0, 1e-80
-    yield "spoken part at half gain", crop, 0.5, 1e-80
-    yield "spoken part with wider beams", crop, 1.0, 1e-200
-    yield "whole recording with wider beams", whole, 1.0, 1e-200
+    yield "spoken part", crop, 1.0, _BEAM
+    yield "whole recording", whole, 1.0, _BEAM
+    yield "spoken part at half gain", crop, 0.5, _BEAM
+    yield "spoken part with wider beams", crop, 1.0, _WIDE_BEAM
+    yield "whole recording with wider beams", whole, 1.0, _WIDE_BEAM
 
 
 def spoken_part(audio: np.ndarray) -> tuple[float, float]:
@@ -134,4 +144,4 @@ def _score(heard: Sequence[Heard]) -> float:
     return sum(h.score for h in heard) / max(round(sum(h.end - h.start for h in heard) / STEP), 1)
 
 
-__all__ = ["QUIET", "SILENCE_BELOW", "WORDS_BELOW", "WORD_BELOW", "Aligned", "Word", "align", "spoken_part"]
+__all__ = ["DOUBTFUL", "QUIET", "SILENCE_BELOW", "WORDS_BELOW", "WORD_BELOW", "Aligned", "Word", "align", "spoken_part"]

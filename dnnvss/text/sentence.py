@@ -47,6 +47,15 @@ class Word:
     emphasis: bool = False
     pause: float | None = None
 
+    def choices(self, variant: str = "en_us") -> list[Phones]:
+        """Return the pronunciations without stress that a recording may choose among, the word's own first.
+
+        What the user or the context fixed stays fixed.
+        """
+        own = tuple(strip_stress(p) for p in self.phones)
+        others = lexicon.pronunciations(self.spoken, variant) if self.source == "lexicon" else []
+        return list(dict.fromkeys([own, *others]))
+
 
 @dataclass(frozen=True)
 class Sentence:
