@@ -2,6 +2,7 @@
 
 import errno
 import functools
+import re
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -25,8 +26,8 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
         except OSError as error:
             if error.errno != errno.ENOSPC:
                 raise
-            print(f"error: {error.filename or 'the disk'}: cannot be written (no space left). Free some space, then run "
-                  "the same command again: it resumes.", file=sys.stderr)
+            print(f"error: {error.filename or 'the disk'}: cannot be written (no space left). Free some space, then "
+                  "run the same command again: it resumes.", file=sys.stderr)
             sys.exit(1)
         except KeyboardInterrupt:
             print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
@@ -38,14 +39,16 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
 def quoted(arguments: list[str], keys: tuple[str, ...] = _TEXTS) -> list[str]:
     """Return command-line arguments in which the values of ``keys`` are quoted for hydra.
 
-    Hydra gives commas, colons, braces and quotes a meaning of their own; in a sentence or a path they are just text.
+    Hydra gives commas, colons, braces and quotes a meaning of their own, OmegaConf gives one to ``${``; in a sentence
+    or a path they are just text.
     """
 
     def quote(argument: str) -> str:
         key, equals, value = argument.partition("=")
         if key not in keys or not equals or value == "null":
             return argument
-        escaped = value.replace("\\", "\\\\").replace("'", "\\'") if "'" in value or value.endswith("\\") else value
+        plain = re.sub(r"(\\*)\$\{", r"\1\1\\${", value)
+        escaped = re.sub(r"(\\*)('|$)", lambda m: m[1] * 2 + (m[2] and "\\'"), plain)
         return f"{key}='{escaped}'"
 
     return [quote(argument) for argument in arguments]

@@ -1,0 +1,33 @@
+"""What is typed on the command line reaches the configuration as it was typed."""
+
+import pytest
+from conftest import ROOT
+from hydra import compose, initialize_config_dir
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dnnvss.pipeline.cli import quoted
+
+
+def heard(text: str) -> str:
+    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
+        return str(compose("synth", quoted([f"text={text}"])).text)
+
+
+@pytest.mark.parametrize("text", [
+    "Hello, I am: here", "it's {W AY1 N D}", "the ${price} is $5", "a \\${b} and \\\\${c}", "${", "back\\", "a\\'b",
+    '"quoted"', "[1, 2]", "x=y", "C:\\new\\'quote", "\\\\",
+])
+def test_texts_arrive_as_they_were_typed(text: str) -> None:
+    assert heard(text) == text
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.text(st.sampled_from("ab \\'\"${},:="), min_size=1, max_size=8))
+def test_any_text_arrives_as_it_was_typed(text: str) -> None:
+    if text.strip():
+        assert heard(text) == text
+
+
+def test_other_settings_are_left_to_hydra() -> None:
+    assert quoted(["rate=25", "text=null", "style.rest=true"]) == ["rate=25", "text=null", "style.rest=true"]
