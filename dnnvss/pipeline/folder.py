@@ -35,7 +35,8 @@ def run_name(config: DictConfig, fingerprint: str) -> str:
     """Return a folder name that changes when, and only when, something that changes results does."""
     resolved: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
     kept = {k: v for k, v in resolved.items() if k not in _NOT_RESULTS}
-    for quiet in ("progress", "figure_every"):
+    unused = ["progress", "figure_every"] + ([] if config.trainer.refine else ["refine", "refine_rate"])
+    for quiet in unused:
         kept["trainer"].pop(quiet, None)
         kept["model"].get("settings", {}).pop(quiet, None)
     if not make_task(config).table.uses_visemes:

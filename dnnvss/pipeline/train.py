@@ -1,6 +1,7 @@
 """Trains a system, evaluates it, and leaves a run folder."""
 
 import shutil
+from functools import partial
 from pathlib import Path
 
 import joblib
@@ -9,6 +10,7 @@ from omegaconf import DictConfig, OmegaConf
 from dnnvss import files
 from dnnvss.aam import AAMConfig, EncodedCorpus, encode_corpus
 from dnnvss.corpus import Corpus
+from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
 from dnnvss.pipeline.data import SPLITS, split_examples
 from dnnvss.pipeline.evaluate import evaluate_run
@@ -18,6 +20,8 @@ from dnnvss.pipeline.style import Generator, learn_talker, make_style
 from dnnvss.pipeline.units import UnitPlan, corpus_units, unit_notes
 from dnnvss.render import choose_neutral
 from dnnvss.speech.durations import DurationModel
+from dnnvss.training import NetworkModel
+from dnnvss.trajectory import mlpg
 
 
 def train(config: DictConfig) -> float:
@@ -47,6 +51,11 @@ def train(config: DictConfig) -> float:
     model = make_model(config, task)
     print(f"training {config.model.name} on {len(examples['train'])} utterances; TensorBoard: {folder}/tensorboard")
     model.fit(examples["train"], examples["val"], folder)
+    if config.trainer.refine:
+        if not isinstance(model, NetworkModel):
+            raise DnnvssError(f"trainer.refine does not work with model={config.model.name}",
+                              remedy="Use model=feedforward or model=gaussian, or trainer.refine=0")
+        model.refine(examples["train"], examples["val"], partial(mlpg, windows=task.windows))
     Run.save(folder, task, model)
     if units:
         units.model.save(folder / "units.pt")

@@ -1,5 +1,6 @@
 """A network behind the model interface: scaling, the fit, and prediction frame by frame."""
 
+import io
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from torch import nn
+from torch import Tensor, nn
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -16,7 +17,8 @@ from dnnvss.models import Example, Prediction, VisualModel
 from dnnvss.models.base import pooled
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
-from dnnvss.training.settings import FitSettings
+from dnnvss.training.refine import Clip, Join, refine
+from dnnvss.training.settings import LOG_VARIANCE, FitSettings
 
 _CHUNK = 4096  # frames a forward pass at prediction: bounds memory on an hour of text
 
@@ -34,17 +36,20 @@ class NetworkModel(VisualModel):
             :class:`dnnvss.models.FeedForward`).
         settings: of the fit.
         members: how many networks are fitted and averaged.
+        variances: whether the networks predict a variance for every frame and output, by a second head of the last
+            layer. Scaled, for each stream and coefficient, so that they fit the errors on the validation frames.
+            Otherwise the variance of those errors stands for all frames.
 
     Raises:
         DnnvssError: less than one member.
     """
 
     def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
-                 settings: FitSettings, members: int = 1) -> None:
+                 settings: FitSettings, members: int = 1, variances: bool = False) -> None:
         super().__init__(table, clock)
         if members < 1:
             raise DnnvssError(f"model.members={members} is less than one", remedy="Give 1 or more")
-        self.build, self.settings, self.members = network, settings, members
+        self.build, self.settings, self.members, self.variances = network, settings, members, variances
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit by gradient descent and keep the weights of the epoch with the least static error on ``val``.
@@ -66,16 +71,56 @@ class NetworkModel(VisualModel):
                     streams=self.mean_.shape[0], dimensions=self.mean_.shape[1],
                     folder=folder / f"member_{k + 1}" if k else folder, preview=(val[0], self.predict))
             network.eval()
-        self.variance_ = np.ones_like(self.mean_)
-        errors = [(self.predict(e).mean - e.targets)[e.valid] for e in val]  # type: ignore[operator]
-        self.variance_ = np.concatenate(errors).astype(np.float64).var(0) + 1e-12
+        self._fit_variance(val)
+
+    def refine(self, train: Sequence[Example], val: Sequence[Example], join: Join) -> None:
+        """Train the fitted networks on their generated trajectories: :func:`dnnvss.training.refine.refine`.
+
+        Args:
+            train, val: examples.
+            join: parameter generation of the task.
+        """
+        clips = [[self._clip(e) for e in examples] for examples in (train, val)]
+        scale = torch.from_numpy(self.deviation_[0].astype(np.float32))
+        for k, network in enumerate(self.networks_):
+            network.cpu().train()
+            settings = replace(self.settings, seed=self.settings.seed + k)
+            losses = refine(network, *clips, self._decode, join, scale, settings)
+            network.eval()
+            print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in losses))
+        self._fit_variance(val)
 
     def predict(self, example: Example) -> Prediction:
-        """Return mean streams and their error variance on the validation frames."""
-        known = [self._forward(codes) for codes in (example.codes, *example.alternatives)]
-        normalised = np.mean(known, axis=0).reshape(-1, *self.mean_.shape)
-        variance = getattr(self, "variance_", self.deviation_**2)
-        return Prediction(normalised * self.deviation_ + self.mean_, np.broadcast_to(variance, normalised.shape))
+        """Return mean streams and variances: predicted ones, or those of the errors on the validation frames.
+
+        Members, and labels that may be true as well, are equal parts of a mixture, whose mean and variance are given.
+        """
+        outputs = np.concatenate([self._forward(c) for c in (example.codes, *example.alternatives)])
+        parts = [self._decode(torch.from_numpy(o)) for o in outputs]
+        mean = torch.stack([m for m, _ in parts])
+        variance = torch.stack([v for _, v in parts]).mean(0)
+        if self.variances:
+            variance = variance + mean.var(0, unbiased=False)
+        return Prediction(mean.mean(0).numpy(), variance.numpy())
+
+    def _decode(self, outputs: Tensor) -> tuple[Tensor, Tensor]:
+        """Return means and variances (frames, W, D), in parameter units, of outputs (frames, ...)."""
+        shape, size = (-1, *self.mean_.shape), self.mean_.size
+        centre, spread = (torch.from_numpy(a.astype(np.float32)) for a in (self.mean_, self.deviation_))
+        mean = outputs[:, :size].reshape(shape) * spread + centre
+        scale = torch.from_numpy(getattr(self, "variance_", self.deviation_**2))
+        if not self.variances:
+            return mean, scale.expand(mean.shape)
+        own = outputs[:, size:].reshape(shape).clamp(*LOG_VARIANCE).double().exp()
+        return mean, own * torch.from_numpy(self.deviation_.astype(np.float64)) ** 2 * scale
+
+    def _fit_variance(self, val: Sequence[Example]) -> None:
+        """Take the variance of the errors on the validation frames, or what predicted variances are to be scaled by."""
+        self.variance_ = np.ones(self.mean_.shape)
+        found = [(e, self.predict(e)) for e in val]
+        errors = [((p.mean - e.targets) / np.sqrt(p.variance))[e.valid] for e, p in found]  # type: ignore[operator]
+        own = np.concatenate(errors).astype(np.float64)
+        self.variance_ = (np.square(own).mean(0) if self.variances else own.var(0)) + 1e-12
 
     def state(self) -> dict[str, Any]:
         """Return weights, scalers and error variances."""
@@ -96,7 +141,7 @@ class NetworkModel(VisualModel):
 
     def _new_network(self) -> nn.Module:
         return self.build(binary=self.table.binary_width, numeric=self.table.numeric_width,
-                          active=self.table.active_width, out=self.mean_.size)
+                          active=self.table.active_width, out=self.mean_.size * (2 if self.variances else 1))
 
     def _batches(self, examples: Sequence[Example], seed: int | None = None) -> FrameBatches:
         targets = np.concatenate([(e.targets - self.mean_) / self.deviation_ for e in examples])
@@ -107,8 +152,15 @@ class NetworkModel(VisualModel):
         return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(targets), -1).astype(np.float32),
                             np.flatnonzero(valid), *drawn, alternatives=[_store(examples, k) for k in range(others)])
 
+    def _clip(self, e: Example) -> Clip:
+        frames = np.arange(len(e.codes))
+        assert e.targets is not None and e.valid is not None
+        return Clip(torch.from_numpy(e.codes.active(frames)), torch.from_numpy(self.scaler_(e.codes.numeric(frames))),
+                    torch.from_numpy(np.ascontiguousarray(e.targets[:, 0])), torch.from_numpy(e.valid))
+
     @torch.inference_mode()
     def _forward(self, codes: FrameCodes) -> np.ndarray:
+        """Return the outputs of every member, normalised, shape (members, T, W x D or twice as many)."""
         device = next(self.networks_[-1].parameters()).device
         training, out = self.networks_[-1].training, []
         self.networks_[-1].eval()
@@ -116,10 +168,10 @@ class NetworkModel(VisualModel):
             frames = np.arange(start, min(start + _CHUNK, len(codes)))
             active = torch.from_numpy(codes.active(frames)).to(device)
             numeric = torch.from_numpy(self.scaler_(codes.numeric(frames))).to(device)
-            mean = torch.stack([n.to(device)(active, numeric).float() for n in self.networks_]).mean(0)
-            out.append(mean.cpu().numpy())
+            outputs = torch.stack([n.to(device)(active, numeric).float() for n in self.networks_])
+            out.append(outputs.cpu().numpy())
         self.networks_[-1].train(training)
-        return np.concatenate(out)
+        return np.concatenate(out, axis=1)
 
 
 def _store(examples: Sequence[Example], alternative: int | None = None) -> CodeStore:
@@ -141,5 +193,7 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
 
 def save_checkpoint(path: Path, state: dict[str, Any]) -> None:
     """Write tensors and plain containers to ``path``, whole or not at all."""
+    whole = io.BytesIO()
+    torch.save(state, whole)  # in memory: torch's own writer does not say that a disk is full
     with files.replacing(path) as temporary:
-        torch.save(state, temporary)
+        temporary.write_bytes(whole.getbuffer())

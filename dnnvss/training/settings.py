@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 from dnnvss.errors import DnnvssError
 
+LOG_VARIANCE = (-7.0, 3.0)
+"""Range of predicted log variances, where 0 is the variance of the training frames."""
+
 
 @dataclass(frozen=True)
 class FitSettings:
@@ -29,6 +32,8 @@ class FitSettings:
         seed: of initial weights, batches and dropout.
         progress: show a progress bar.
         figure_every: epochs between trajectory figures in TensorBoard; 0 for none.
+        refine: passes over the utterances with parameter generation inside the loss, after the fit; 0 for none.
+        refine_rate: step size of these passes.
         smoke: one batch and one epoch, to try a configuration.
 
     Raises:
@@ -55,6 +60,8 @@ class FitSettings:
     seed: int = 0
     progress: bool = True
     figure_every: int = 5
+    refine: int = 0
+    refine_rate: float = 1e-4
     smoke: bool = False
 
     def __post_init__(self) -> None:
@@ -62,7 +69,7 @@ class FitSettings:
         for name, allowed in choices.items():
             if (value := getattr(self, name)) not in allowed:
                 raise DnnvssError(f"trainer.{name}={value!r}", remedy=f"Use one of {list(allowed)}")
-        for name in ("learning_rate", "batch_size", "epochs", "share", "clip"):
+        for name in ("learning_rate", "batch_size", "epochs", "share", "clip", "refine_rate"):
             if getattr(self, name) <= 0:
                 raise DnnvssError(f"trainer.{name}={getattr(self, name)} is not positive", remedy="Give more than 0")
         object.__setattr__(self, "stream_weights", tuple(self.stream_weights))

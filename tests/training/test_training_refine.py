@@ -1,0 +1,80 @@
+"""Predicted variances, and training with parameter generation inside the loss."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from conftest import CLOCK, TABLE
+from torch import nn
+
+from dnnvss.errors import DnnvssError
+from dnnvss.models import Example, FeedForward
+from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training.module import FrameRegression
+from dnnvss.trajectory import STATIC_DELTA_DELTA2, mlpg
+
+SETTINGS = FitSettings(epochs=6, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
+                       schedule="constant", refine=3, refine_rate=1e-3)
+JOIN = partial(mlpg, windows=STATIC_DELTA_DELTA2)
+
+
+def network(settings: FitSettings = SETTINGS, variances: bool = False) -> NetworkModel:
+    return NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings, variances=variances)
+
+
+def trajectory_error(model: NetworkModel, examples: list[Example]) -> float:
+    found = [(model.predict(e), e) for e in examples]
+    return float(np.mean([((mlpg(p.mean, p.variance) - e.targets[:, 0]) ** 2 / model.deviation_[0] ** 2).mean()
+                          for p, e in found]))
+
+
+def test_gaussian_loss_by_hand() -> None:
+    module = FrameRegression(nn.Identity(), replace(SETTINGS, stream_weights=(1.0,)), streams=1, dimensions=2)
+    target, log4 = torch.tensor([[1.0, 2.0]]), float(np.log(4))
+    predicted = torch.tensor([[3.0, 2.0, log4, 0.0]])  # errors 2 and 0, variances 4 and 1
+    first, second = 0.5 * (4 / 4 + log4) * 2, 0.0  # times the root of the variance
+    assert module.loss(predicted, target).item() == pytest.approx((first + second) / 2)
+    assert module.loss(predicted[:, :2], target).item() == pytest.approx(2.0)
+
+
+def test_variances_are_learnt_where_they_differ(tmp_path: Path, examples: dict[str, list[Example]]) -> None:
+    """Noise that is added to one half of the frames, those of odd phone number, shows in the predicted variance."""
+    rng = np.random.default_rng(0)
+    noisy = {}
+    for split, own in examples.items():
+        noisy[split] = []
+        for e in own:
+            owner = e.alignment["phones"].frame_index(CLOCK)
+            loud = np.array([p in ("AA", "AE", "AH", "AO", "AW", "AY") for p in e.alignment["phones"].labels])[owner]
+            targets = e.targets + (loud[:, None, None] * rng.normal(scale=2.0, size=e.targets.shape)).astype(np.float32)
+            noisy[split].append((replace(e, targets=targets), loud))
+    model = network(replace(SETTINGS, epochs=40), variances=True)
+    model.fit([e for e, _ in noisy["train"]], [e for e, _ in noisy["val"]], tmp_path)
+    predicted = [(model.predict(e).variance[:, 0], loud) for e, loud in noisy["test"]]
+    loud, quiet = (np.concatenate([v[m if side else ~m] for v, m in predicted]).mean() for side in (True, False))
+    assert loud > 2 * quiet
+    errors = [((model.predict(e).mean - e.targets) ** 2 / model.predict(e).variance) for e, _ in noisy["val"]]
+    np.testing.assert_allclose(np.concatenate(errors).mean(axis=0), 1.0, rtol=1e-4)  # scaled on these frames
+
+
+@pytest.mark.parametrize("variances", [False, True])
+def test_refining_lowers_the_trajectory_error_and_restores(
+        tmp_path: Path, examples: dict[str, list[Example]], variances: bool) -> None:
+    model = network(variances=variances)
+    model.fit(examples["train"], examples["val"], tmp_path)
+    before = trajectory_error(model, examples["val"])
+    model.refine(examples["train"], examples["val"], JOIN)
+    assert trajectory_error(model, examples["val"]) < before
+    other = network(variances=variances)
+    other.load_state(model.state())
+    np.testing.assert_array_equal(other.predict(examples["test"][0]).mean, model.predict(examples["test"][0]).mean)
+
+
+def test_divergence_is_named(tmp_path: Path, examples: dict[str, list[Example]]) -> None:
+    model = network(replace(SETTINGS, epochs=1, refine_rate=1e30))
+    model.fit(examples["train"], examples["val"], tmp_path)
+    with pytest.raises(DnnvssError, match="refine_rate"):
+        model.refine(examples["train"], examples["val"], JOIN)
