@@ -25,6 +25,8 @@ def main(arguments: list[str] | None = None) -> int:
         bench = make_bench(runs, options.first)
         names = _names([run.folder for run in runs])
         systems = {name: run.arrays["predicted"] for name, run in zip(names, runs, strict=True)}
+        systems |= {f"{name}, {style}": own for name, run in zip(names, runs, strict=True)
+                    for style, own in run.styled.items()}
         result = compare(bench, systems, options.seed)
         print(result.table())
         out = options.out or options.runs[0] / "evaluation"

@@ -36,8 +36,7 @@ def write_page(
         result: from :func:`dnnvss.evaluation.comparison.compare`.
         bench: what was compared on.
         systems: the predictions under test.
-        folders: system to run folder; a video ``videos/<sentence>.mp4`` or ``sample.mp4`` in it is shown beside the
-            faces.
+        folders: system to run folder; a video ``videos/<sentence>.mp4`` in it is shown above the faces.
     """
     chosen = _chosen(result, bench)
     template = Template(resources.files("dnnvss.evaluation").joinpath("page.html").read_text("utf-8"))
@@ -155,7 +154,7 @@ def _sentence(
     s: Sentence, bench: Bench, systems: Mapping[str, Predictions], page: Path, folders: Mapping[str, Path]
 ) -> str:
     faces = [("truth", None), *[(name, folders.get(name)) for name in systems]]
-    figures = ""
+    figures, videos = "", ""
     if bench.face is not None:
         figures += "".join('<figure><canvas width="600" height="420"></canvas>'
                            f"<figcaption>{html.escape(name)}</figcaption></figure>" for name, _ in faces)
@@ -163,8 +162,8 @@ def _sentence(
         for video in ([folder / "videos" / f"{s.id}.mp4"] if folder else []):
             if video.is_file():
                 source = html.escape(Path(os.path.relpath(video, page.parent)).as_posix())
-                figures += (f'<figure><video src="{source}" preload="metadata" playsinline></video>'
-                            f"<figcaption>{html.escape(name)}, rendered</figcaption></figure>")
+                videos += (f'<figure class="wide"><video src="{source}" preload="auto" playsinline></video>'
+                           f"<figcaption>{html.escape(name)}</figcaption></figure>")
     series = {"truth": s.reference, **{name: predicted[s.id] for name, predicted in systems.items()}}
     keys = "".join(f'<span class="key"><i style="background:{c}"></i>{html.escape(n)}</span>'
                    for n, c in zip(series, (_TRUTH, *_COLOURS), strict=False))
@@ -174,7 +173,8 @@ def _sentence(
         plots += _plot({n: face.aperture(x) for n, x in series.items()}, s, bench.clock, "aperture (px)", bench.closed)
     controls = ('<div class="controls"><button type="button">Play</button>'
                 '<input type="range" min="0" max="1000" value="0" aria-label="time"><output></output></div>')
-    return (f'<section class="sentence"><h3>{html.escape(s.id)}</h3><div class="faces">{figures}</div>{controls}'
+    return (f'<section class="sentence"><h3>{html.escape(s.id)}</h3><div class="faces">{videos}</div>'
+            f'<div class="faces">{figures}</div>{controls}'
             f"<div>{keys}</div>{plots}</section>")
 
 

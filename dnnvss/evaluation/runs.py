@@ -1,6 +1,6 @@
 """From run folders to what the harness measures: predictions, references, phones, and the face of the run."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -58,12 +58,14 @@ class RunData:
         arrays: ``predicted``, ``reference`` (T, D), ``speech``, ``valid`` (T,), each by sentence id.
         clock: of the trajectories.
         corpus: folder of the prepared corpus.
+        styled: style to trajectories by sentence id, where the run was evaluated in styles beside plain MLPG.
     """
 
     folder: Path
     arrays: dict[str, Arrays]
     clock: FrameClock
     corpus: Path
+    styled: dict[str, Arrays] = field(default_factory=dict)
 
 
 def read_run(folder: str | Path) -> RunData:
@@ -76,8 +78,11 @@ def read_run(folder: str | Path) -> RunData:
     remedy = "Name the folder of a finished run: python train.py writes one"
     arrays = {kind: files.read_arrays(folder / "predictions" / f"{kind}.npz", remedy) for kind in _KINDS}
     config = files.read(folder / "config.yaml", lambda p: OmegaConf.to_container(OmegaConf.load(p)), remedy)
+    styled = {path.stem.removeprefix("predicted_"): files.read_arrays(path, remedy)
+              for path in sorted((folder / "predictions").glob("predicted_*.npz"))}
     try:
-        return RunData(folder, arrays, FrameClock(str(config["trajectory"]["rate"])), Path(config["corpus"]["out"]))
+        clock = FrameClock(str(config["trajectory"]["rate"]))
+        return RunData(folder, arrays, clock, Path(config["corpus"]["out"]), styled)
     except (KeyError, TypeError) as error:
         raise DnnvssError(f"does not say {error}", file=folder / "config.yaml", remedy=remedy) from error
 

@@ -11,6 +11,7 @@ from dnnvss import files
 from dnnvss.aam import AAMConfig, EncodedCorpus, encode_corpus
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation import Report
 from dnnvss.phones import SILENCES
 from dnnvss.pipeline.data import SPLITS, split_examples
 from dnnvss.pipeline.evaluate import evaluate_run
@@ -68,7 +69,7 @@ def train(config: DictConfig) -> float:
                                    unit_notes(units, plan, examples["test"], folder) if plan and units else ())
     headline = report.headline("model")
     if config.sample:
-        _render_sample(folder, corpus, examples["test"][0].id)
+        _render_samples(folder, corpus, report, examples["test"][0].id)
     files.write_json(folder / "metrics.json", {"headline": headline, **numbers})
     print(f"\nwrote {folder}: metrics.md, metrics.json, figures/, predictions/, model.pt")
     return headline
@@ -97,9 +98,11 @@ def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: Dic
     files.write_json(folder / "voice.json", voice)
 
 
-def _render_sample(folder: Path, corpus: Corpus, utterance: str) -> None:
+def _render_samples(folder: Path, corpus: Corpus, report: Report, first: str) -> None:
+    """Write a rendered sentence, and the side-by-side videos that the report of the evaluation shows."""
     from dnnvss.pipeline.synthesise import render_utterance
+    from dnnvss.pipeline.videos import worst_middle_best, write_side_by_side
 
-    render_utterance(Run.open(folder), corpus, corpus.utterances[utterance], folder / "sample.mp4")
-
-
+    run = Run.open(folder)
+    render_utterance(run, corpus, corpus.utterances[first], folder / "sample.mp4")
+    write_side_by_side(run, corpus, worst_middle_best(report))

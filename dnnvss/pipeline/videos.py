@@ -1,0 +1,60 @@
+"""Side-by-side videos of test sentences: the recording, the face from plain MLPG, and the face in the run's style."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from dnnvss.corpus import Corpus, Utterance, read_audio, read_video
+from dnnvss.evaluation import Report
+from dnnvss.pipeline.folder import Run
+from dnnvss.pipeline.style import PLAIN, make_style
+from dnnvss.render import Neutral, Renderer, write_video
+from dnnvss.trajectory import resample
+
+_SOUND_RATE = 48000
+_CAPTION = 28
+"""Height in pixels of the line of text over each face."""
+
+
+def worst_middle_best(report: Report, system: str = "model") -> list[str]:
+    """Return the ids of the sentences of least, median and greatest correlation, fewer where there are fewer."""
+    values = report.sentences(system, "correlation")
+    ids = list(report.scores[system])
+    order = [int(i) for i in np.argsort(values) if not np.isnan(values[i])] or [0]
+    return [ids[i] for i in dict.fromkeys((order[0], order[len(order) // 2], order[-1]))]
+
+
+def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
+    """Write ``videos/<sentence>.mp4`` in the run folder, with the recorded sound, and return the paths."""
+    style = make_style(run.config.style, run.face.names)
+    renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
+    styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, str(run.config.style.name): style}
+    written = []
+    for utterance in (corpus.utterances[i] for i in ids):
+        example, clock = run.example(utterance), run.task.clock
+        faces = [renderer.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
+        sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
+        frames = _beside(_recorded(corpus, utterance, renderer.size), *faces, captions=["recorded", *styles])
+        path = run.folder / "videos" / f"{utterance.id}.mp4"
+        written.append(write_video(path, frames, utterance.clock.rate, sound, _SOUND_RATE))
+    return written
+
+
+def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:
+    for image in read_video(corpus.path(utterance, "video")):
+        same = image.shape[1::-1] == size
+        yield image if same else cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+
+
+def _beside(*faces: Iterator[np.ndarray], captions: list[str]) -> Iterator[np.ndarray]:
+    """Yield the pictures of several faces next to each other, a line of text over each, as long as all last."""
+    for pictures in zip(*faces, strict=False):
+        yield np.concatenate([_captioned(p, text) for p, text in zip(pictures, captions, strict=True)], axis=1)
+
+
+def _captioned(picture: np.ndarray, text: str) -> np.ndarray:
+    band = np.full((_CAPTION, picture.shape[1], 3), 255, dtype=np.uint8)
+    cv2.putText(band, text, (8, 19), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (40, 40, 40), 1, cv2.LINE_AA)
+    return np.concatenate([band, picture])
