@@ -1,7 +1,9 @@
 """From a run folder on disk to the report: the toy talker of the appearance model's tests."""
 
 import json
+import re
 import shutil
+import subprocess
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from dnnvss import DnnvssError, files
 from dnnvss.aam import Clip, encode_clip, fit_aam
 from dnnvss.evaluation.__main__ import main
 from dnnvss.evaluation.runs import make_bench, read_run
+from dnnvss.render import write_video
 from dnnvss.timing import FrameClock
 from dnnvss.trajectory import resample
 
@@ -96,3 +99,31 @@ def test_runs_that_do_not_fit_are_refused(run, tmp_path, capsys):
         files.write_arrays(other / "predictions" / f"{kind}.npz", **{k: v for k, v in arrays.items() if k != "toy1"})
     with pytest.raises(DnnvssError, match="other sentences"):
         make_bench([read_run(run), read_run(other)])
+
+
+@pytest.mark.skipif(not shutil.which("chromium"), reason="needs the program chromium to open the report")
+def test_the_report_opens_from_disk_in_a_browser_and_its_video_plays(run, tmp_path):
+    grey = [np.full((64, 96, 3), 10 * (i % 20), dtype=np.uint8) for i in range(50)]
+    for i in range(3):
+        write_video(run / "videos" / f"toy{i}.mp4", grey, 25, np.zeros(32000), 16000)
+    files.write_arrays(run / "predictions" / "predicted_lively.npz",
+                       **files.read_arrays(run / "predictions" / "reference.npz"))
+    assert main([str(run), "--out", str(run / "evaluation"), "--first", "2"]) == 0
+    page = run / "evaluation" / "evaluation.html"
+    asks = """<script>
+    const clip = document.querySelector('video'), faults = [];
+    addEventListener('error', e => faults.push(e.message));
+    document.querySelector('.sentence button').click();
+    setInterval(() => {
+        const drawn = document.querySelector('.sentence output').textContent > '0.00 s';
+        document.title = [clip.readyState > 1, clip.videoWidth, clip.currentTime > 0, drawn, faults.join()].join(' ');
+    }, 50);
+    </script></body>"""
+    text = page.read_text()
+    assert "run, lively" in text
+    probe = page.with_name("probe.html")
+    probe.write_text(text.replace("</body>", asks))
+    command = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--autoplay-policy=no-user-gesture-required",
+               f"--user-data-dir={tmp_path}", "--virtual-time-budget=20000", "--dump-dom", probe.as_uri()]
+    seen = subprocess.run(command, capture_output=True, text=True, timeout=90).stdout
+    assert re.search(r"<title>(.*?)</title>", seen)[1] .strip() == "true 96 true true"
