@@ -59,13 +59,15 @@ class Task:
 def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,
                    visemes: Mapping[str, Sequence[Tier]] | None = None) -> dict[str, list[Example]]:
     """Return the examples of ``train``, ``val`` and ``test``; ``visemes`` are the tiers of each utterance, by id."""
+    return {name: make_examples(task, corpus.split(name, variant), encoded, visemes) for name in SPLITS}
 
-    def examples(utterances: Sequence[Utterance]) -> list[Example]:
-        codes = {u.id: encoded.clip(u.id) for u in utterances if u.id not in encoded.dropped}
-        return [task.example(u, codes[u.id].parameters, codes[u.id].valid, visemes[u.id] if visemes else ())
-                for u in utterances if u.id in codes]
 
-    return {name: examples(corpus.split(name, variant)) for name in SPLITS}
+def make_examples(task: Task, utterances: Sequence[Utterance], encoded: EncodedCorpus,
+                  visemes: Mapping[str, Sequence[Tier]] | None = None) -> list[Example]:
+    """Return the examples of utterances, without those that were not encoded."""
+    codes = {u.id: encoded.clip(u.id) for u in utterances if u.id not in encoded.dropped}
+    return [task.example(u, codes[u.id].parameters, codes[u.id].valid, visemes[u.id] if visemes else ())
+            for u in utterances if u.id in codes]
 
 
 def word_frames(alignment: Alignment, clock: FrameClock, known: Collection[str]) -> np.ndarray:

@@ -31,7 +31,7 @@ Trajectories = dict[str, np.ndarray]
 
 def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
                  face: ActiveAppearanceModel, styles: Mapping[str, Style],
-                 notes: Sequence[str] = ()) -> tuple[Report, dict[str, Any]]:
+                 notes: Sequence[str] = (), others: Mapping[str, list[Example]] | None = None) -> tuple[Report, dict[str, Any]]:
     """Return the table of the model and the null models on the test split, and all numbers as plain containers.
 
     Writes predictions, tables and figures into the run folder. The row ``model`` is plain MLPG; every other style has
@@ -45,10 +45,12 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
         face: the run's appearance model.
         styles: by name, beside plain MLPG.
         notes: what else the reader of the page has to know; the first goes into its title.
+        others: name of a row to the test examples with other inputs, such as oracle ones; plain MLPG.
     """
     task, test = generator.task, examples["test"]
     predicted = {"model": _generated(generator, test, PLAIN),
                  **{_row(name): _generated(generator, test, style) for name, style in styles.items()}}
+    predicted |= {name: _generated(generator, shown, PLAIN) for name, shown in (others or {}).items()}
     for name, null in (("training mean", TrainingMean), ("phone mean", PhoneMean)):
         system = null(task.table, task.clock)
         system.fit(examples["train"], examples["val"], folder)

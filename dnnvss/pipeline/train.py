@@ -13,7 +13,7 @@ from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import Report
 from dnnvss.phones import SILENCES
-from dnnvss.pipeline.data import SPLITS, split_examples
+from dnnvss.pipeline.data import SPLITS, make_examples, split_examples
 from dnnvss.pipeline.evaluate import evaluate_run
 from dnnvss.pipeline.folder import Run, make_model, make_task, provenance, run_name
 from dnnvss.pipeline.risks import spoken_triphones
@@ -61,12 +61,16 @@ def train(config: DictConfig) -> float:
     if units:
         units.model.save(folder / "units.pt")
     save_voice(folder, corpus, encoded, config)
+    others = {}
+    if plan and units:
+        name, tiers = units.other_source(plan)
+        others = {f"model, {name}": make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers)}
     talker = learn_talker(task, model, examples, encoded.model)
     talker.save(folder / "talker.npz")
     style = make_style(config.style, encoded.model.names)
     styles = {} if style.plain else {config.style.name: style}
     report, numbers = evaluate_run(folder, corpus, Generator(task, model, talker), examples, encoded.model, styles,
-                                   unit_notes(units, plan, examples["test"], folder) if plan and units else ())
+                                   unit_notes(units, plan, examples["test"], folder) if plan and units else (), others)
     headline = report.headline("model")
     if config.sample:
         _render_samples(folder, corpus, report, examples["test"][0].id)

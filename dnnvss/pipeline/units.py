@@ -105,9 +105,8 @@ class UnitPlan:
     @classmethod
     def from_config(cls, config: Mapping[str, Any]) -> "UnitPlan":
         """Return the plan of a file of ``conf/visemes``."""
-        training = config["training"] or ("oracle" if config["source"] == "oracle" else "mixed")
         return cls(viseme_settings(config), PredictorSettings.from_config(config["predictor"]), config["source"],
-                   training, int(config["samples"]))
+                   config["training"], int(config["samples"]))
 
     @property
     def key(self) -> str:
@@ -178,6 +177,11 @@ class CorpusUnits:
         """Return the tiers that each utterance has under a plan; ``train`` are the training utterances."""
         learning = set(train)
         return {i: self._tiers(i, plan.training if i in learning else plan.source) for i in self.oracle}
+
+    def other_source(self, plan: UnitPlan) -> tuple[str, dict[str, list[Tier]]]:
+        """Return the name of the source that the plan does not use, in words, and the tiers that it gives."""
+        other = "oracle" if plan.source == "predicted" else "predicted"
+        return SOURCES[other], {i: self._tiers(i, other) for i in self.oracle}
 
     def _tiers(self, utterance: str, source: str) -> list[Tier]:
         oracle, predicted = [self.oracle[utterance]], self.predicted[utterance]
