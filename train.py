@@ -1,9 +1,11 @@
 """Trains and evaluates a system; ``python train.py --help`` lists the settings."""
 
+import sys
+
 import hydra
 from omegaconf import DictConfig
 
-from dnnvss.pipeline.cli import command
+from dnnvss.pipeline.cli import command, grouped
 
 
 @hydra.main(version_base="1.3", config_path="conf", config_name="train")
@@ -15,4 +17,5 @@ def main(config: DictConfig) -> float:
 
 
 if __name__ == "__main__":
+    sys.argv[1:] = grouped(sys.argv[1:])
     main()

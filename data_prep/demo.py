@@ -46,8 +46,10 @@ def prepare_demo(
     _forget_incomplete(out, texts)
     shop = Workshop(out, jobs=jobs, backend=backend)
     tasks = {name: {"text": text, "seed": seed, "size": size} for name, text in texts.items()}
-    results = shop.run(_STAGE, record, tasks, VERSION)
-    shop.sweep()
+    try:
+        results = shop.run(_STAGE, record, tasks, VERSION)
+    finally:
+        shop.sweep()
     splits = draw(list(texts), val=0.075, test=0.1125) | unseen_splits(texts, seed)
     info = CorpusInfo("demo", (size, size), str(RATE), LANDMARK_GROUPS, "en_us", CREDIT)
     write_report(out, [Outcome(name) for name in texts])

@@ -4,23 +4,33 @@ import logging
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import lightning as L
 from lightning.pytorch.callbacks import Callback, EarlyStopping, EMAWeightAveraging, ModelCheckpoint, TQDMProgressBar
 from lightning.pytorch.loggers import TensorBoardLogger
+from lightning.pytorch.plugins.io import TorchCheckpointIO
 from torch import nn
 from torch.utils.data import DataLoader
 
 from dnnvss.models import Example, Prediction
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.module import FrameRegression
-from dnnvss.training.network import load_checkpoint
+from dnnvss.training.network import load_checkpoint, save_checkpoint
 from dnnvss.training.settings import FitSettings
 
 _LIGHTNING_CHATTER = (
     ".*does not have many workers.*", ".*IterableDataset.*__len__.*", ".*exists and is not empty.*",
     ".*isinstance.treespec, LeafSpec.*", ".*GPU available but not used.*",
 )
+
+
+class WholeCheckpoints(TorchCheckpointIO):
+    """Writes checkpoints whole or not at all."""
+
+    def save_checkpoint(self, checkpoint: dict[str, Any], path: Any, storage_options: Any = None) -> None:
+        """Write ``checkpoint`` beside ``path`` and move it there."""
+        save_checkpoint(Path(path), checkpoint)
 
 
 class TrajectoryFigure(Callback):
@@ -73,7 +83,8 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     if settings.figure_every:
         callbacks.append(TrajectoryFigure(*preview, settings.figure_every))
     trainer = L.Trainer(
-        default_root_dir=folder, max_epochs=1 if settings.smoke else settings.epochs, callbacks=callbacks,
+        plugins=[WholeCheckpoints()], default_root_dir=folder, callbacks=callbacks,
+        max_epochs=1 if settings.smoke else settings.epochs,
         logger=TensorBoardLogger(folder, name="", version="tensorboard"), precision=settings.precision,  # type: ignore[arg-type]
         accelerator=settings.accelerator, devices=settings.devices, gradient_clip_val=settings.clip,
         enable_progress_bar=settings.progress, enable_model_summary=False, num_sanity_val_steps=0,
@@ -85,6 +96,9 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     with warnings.catch_warnings():
         for message in _LIGHTNING_CHATTER:
             warnings.filterwarnings("ignore", message=message)
-        trainer.fit(module, DataLoader(train, batch_size=None), DataLoader(val, batch_size=None),
-                    ckpt_path=str(last) if last.exists() else None, weights_only=True)
+        try:
+            trainer.fit(module, DataLoader(train, batch_size=None), DataLoader(val, batch_size=None),
+                        ckpt_path=str(last) if last.exists() else None, weights_only=True)
+        except SystemExit as end:  # Lightning turns Ctrl-C into an exit of its own
+            raise KeyboardInterrupt from end
     module.load_state_dict(load_checkpoint(checkpoints / "best.ckpt")["state_dict"])

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +14,17 @@ from omegaconf import DictConfig
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
-from dnnvss.corpus import read_audio, read_video, video_info
+from dnnvss.corpus import Utterance, read_audio, read_video, video_info
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.__main__ import main as evaluate_runs
 from dnnvss.formats import read_alignment
+from dnnvss.pipeline.cli import grouped
 from dnnvss.pipeline.folder import Run
 from dnnvss.pipeline.synthesise import replace_unseen, synthesise
 from dnnvss.pipeline.train import train
 from dnnvss.timing import Alignment, Tier
+from dnnvss.trajectory import mlpg, read_keys, write_keys
+from dnnvss.trajectory.rules import BILABIALS, measure, phone_frames
 
 FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
         "model.network.hidden=[32]", "aam.modes=8", "jobs=1", "sample=false"]
@@ -50,9 +54,14 @@ def speak(home: Path, out: str, *overrides: str) -> Path:
 def test_run_folder_holds_what_synthesis_and_reader_need(home: Path) -> None:
     names = {p.name for p in (home / "runs" / "ph").iterdir()}
     assert {"config.yaml", "run.json", "model.pt", "aam.npz", "face.npz", "durations.npz", "voice.json", "metrics.json",
-            "metrics.md", "figures", "predictions", "tensorboard", "checkpoints"} <= names
+            "metrics.md", "figures", "predictions", "tensorboard", "checkpoints", "talker.npz"} <= names
     table = json.loads((home / "runs" / "ph" / "metrics.json").read_text())
-    assert set(table["systems"]) == {"model", "training mean", "phone mean"}
+    assert set(table["systems"]) == {"model", "model, articulated", "training mean", "phone mean"}
+    assert table["headline"] == table["systems"]["model"]["regions"]["speech"]["correlation"]["mean"]
+    lively = table["liveliness"]
+    assert lively["model, articulated"]["closure_recall"] >= lively["model"]["closure_recall"]
+    assert {"truth", "truth + 40 ms", "another sentence"} <= set(lively)
+    assert "closure recall" in (home / "runs" / "ph" / "metrics.md").read_text()
 
 
 def test_finished_run_is_reported_and_not_trained_again(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,6 +115,61 @@ def test_voice_and_alignment_take_the_place_of_text(home: Path) -> None:
     assert read_alignment(home / "e.TextGrid")["words"].labels == read_alignment(home / "c.TextGrid")["words"].labels
 
 
+def trajectory(out: Path) -> np.ndarray:
+    return files.read_arrays(out.with_suffix(".npz"))["parameters"]
+
+
+def test_plain_style_is_mlpg_bit_for_bit_and_articulated_lips_close(home: Path) -> None:
+    plain = trajectory(speak(home, "f.mp4", "text='my papa may buy a puppy'", "style=plain"))
+    run = Run.open(home / "runs" / "ph")
+    tiers = read_alignment(home / "f.TextGrid")
+    prediction = run.model.predict(run.example(Utterance("f", "my papa may buy a puppy", tiers)))
+    assert np.array_equal(plain, mlpg(prediction.mean, prediction.variance, run.task.windows))
+    lively = trajectory(speak(home, "g.mp4", "text='my papa may buy a puppy'"))
+    talker = run.generator.talker
+    for _, frames in phone_frames(tiers["phones"], run.task.clock, BILABIALS, len(lively), (0.25, 0.75)):
+        assert measure(talker.aperture, lively[frames]).max() < talker.closed + 1e-3
+
+
+@pytest.mark.parametrize("kind", ["csv", "json"])
+def test_keys_are_exported_edited_and_survive_another_timing(home: Path, kind: str) -> None:
+    file, text = home / f"keys.{kind}", "text='my papa'"
+    whole = trajectory(speak(home, "h.mp4", text, f"export_keys={file}"))
+    keys = read_keys(file)
+    phones = read_alignment(home / "h.TextGrid")["phones"]
+    assert {k.name for k in keys} == {"aperture", "lower_lip", "width"} and len(keys) == 3 * len(phones)
+    again = trajectory(speak(home, "i.mp4", text, f"keys={file}"))
+    assert np.abs(again - whole).max() < 1e-3 * whole.std()  # unedited keys change nothing
+    wanted = next(k for k in keys if k.name == "aperture" and k.phone == "P")
+    write_keys(file, [replace(wanted, low=9.0, high=9.0)])  # an artist's will against the rule that lips close on p
+    for out, speed in (("j.mp4", "speed=1.0"), ("k.mp4", "speed=1.5")):
+        x = trajectory(speak(home, out, text, f"keys={file}", speed))
+        segment = read_alignment((home / out).with_suffix(".TextGrid"))["phones"][wanted.index]
+        at = int(0.5 * (segment.start + segment.end) * 100 + 1e-6)
+        aperture = measure(Run.open(home / "runs" / "ph").generator.talker.aperture, x)
+        assert np.abs(aperture[at - 1 : at + 2] - 9.0).min() < 1e-3  # TextGrid times are rounded
+
+
+@pytest.mark.parametrize("wrong, message", [
+    ("+style.groups.jaw=[aam99]", "named 'aam99'"), ("+style.by_group.jaw=2", "no group is named 'jaw'"),
+    ("style.articulation=-1", "style.articulation=-1"), ("keys=nowhere.csv", "nowhere.csv: no such file"),
+    ("export_keys=keys.txt", "cannot be kept as .txt"), ("key_names=[smile]", "nothing is named 'smile'")])
+def test_wrong_styles_and_keys_are_named_before_anything_is_rendered(
+        home: Path, tmp_path: Path, wrong: str, message: str) -> None:
+    with pytest.raises(DnnvssError, match=message):
+        synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/x.mp4", "speech=none", "text=hello",
+                             f"export_keys={tmp_path}/y.csv", wrong))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_dial_of_one_coefficient_leaves_the_others(home: Path) -> None:
+    text = "text='hello my friend'"
+    plain, one = (trajectory(speak(home, "l.mp4", text, "style=plain", *more))
+                  for more in ([], ["+style.by_group.aam01=2"]))
+    assert one[:, 0].var() > 1.5 * plain[:, 0].var()
+    assert np.corrcoef(one[:, 0], plain[:, 0])[0, 1] > 0.9
+
+
 @pytest.mark.parametrize("wrong, message", [
     ("text=''", "text is empty"), ("text='—'", "no word to speak"), ("text=hello", "cannot be written"),
     ("alignment=nothing.TextGrid", "nothing.TextGrid: no such file")])
@@ -151,3 +215,10 @@ def test_commands_print_one_line_for_a_mistake(home: Path, tmp_path: Path) -> No
         done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
         assert done.returncode == 1 and done.stderr.startswith("error: nowhere") and done.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_an_experiment_may_be_written_with_a_plus() -> None:
+    assert grouped(["-m", "+experiment=table2", "labels=ph"]) == ["-m", "experiment=table2", "labels=ph"]
+    command = [sys.executable, ROOT / "train.py", "+experiment=paper", "--cfg", "job"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0 and "3000" in done.stdout

@@ -1,5 +1,6 @@
 """The fit: it learns, resumes to the same weights, stops on divergence, and refuses damaged checkpoints."""
 
+import errno
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from conftest import CLOCK, TABLE
 from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, FeedForward
 from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training.module import FrameRegression
 from dnnvss.training.network import load_checkpoint
 
 SETTINGS = FitSettings(epochs=4, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
@@ -64,6 +66,36 @@ def test_divergence_names_rate_reduction_and_batch(examples: dict[str, list[Exam
     with pytest.raises(DnnvssError, match=r"learning rate 1e\+30 .*reduction 'sum'.*batch size 32") as caught:
         network(wild).fit(examples["train"], examples["val"], tmp_path)
     assert "Lower trainer.learning_rate" in str(caught.value)
+
+
+def test_a_full_disk_leaves_the_checkpoint_of_before(examples: dict[str, list[Example]], tmp_path: Path,
+                                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    network(replace(SETTINGS, epochs=2)).fit(examples["train"], examples["val"], tmp_path)
+    before = (tmp_path / "checkpoints" / "last.ckpt").read_bytes()
+
+    def full(self: Path, data: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(self))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(DnnvssError, match=r"ckpt: cannot be written \(No space left on device\)"):
+        network().fit(examples["train"], examples["val"], tmp_path)
+    assert (tmp_path / "checkpoints" / "last.ckpt").read_bytes() == before
+    assert not list(tmp_path.rglob("*.part*"))
+
+
+def test_ctrl_c_in_the_fit_is_ctrl_c_for_the_caller(examples: dict[str, list[Example]], tmp_path: Path,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: FrameRegression, *batch: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(FrameRegression, "training_step", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            network().fit(examples["train"], examples["val"], tmp_path / "cut")
+    resumed, whole = network(), network()
+    resumed.fit(examples["train"], examples["val"], tmp_path / "cut")
+    whole.fit(examples["train"], examples["val"], tmp_path / "whole")
+    np.testing.assert_array_equal(weights(resumed), weights(whole))
 
 
 def test_checkpoint_cut_short_is_named(examples: dict[str, list[Example]], tmp_path: Path) -> None:
