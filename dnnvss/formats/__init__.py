@@ -16,7 +16,7 @@ from dnnvss.formats.landmarks import (
     write_pts,
 )
 from dnnvss.formats.textgrid import read_textgrid, write_textgrid
-from dnnvss.formats.words import write_words_csv
+from dnnvss.formats.words import read_words_csv, write_words_csv
 
 __all__ = [
     "LAYOUT_68",
@@ -31,6 +31,7 @@ __all__ = [
     "read_pts",
     "read_pts_sequence",
     "read_textgrid",
+    "read_words_csv",
     "spanning",
     "write_alignment",
     "write_grid_align",

@@ -7,15 +7,15 @@ from dnnvss.formats.grid import read_grid_align, write_grid_align
 from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
 from dnnvss.formats.labels import word_of
 from dnnvss.formats.textgrid import read_textgrid, write_textgrid
-from dnnvss.formats.words import write_words_csv
+from dnnvss.formats.words import read_words_csv, write_words_csv
 from dnnvss.phones import SILENCE, SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
 
-_KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK) or .align (GRID)"
+_KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK), .csv (words) or .align (GRID)"
 
 
 def read_alignment(path: str | Path, utterance: str | None = None) -> Alignment:
-    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf`` or ``.align`` file, with the tiers that it has.
+    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf``, ``.csv`` or ``.align`` file, with its tiers.
 
     Args:
         path: the file.
@@ -32,6 +32,8 @@ def read_alignment(path: str | Path, utterance: str | None = None) -> Alignment:
             return read_lab(path)
         case ".align":
             return Alignment([read_grid_align(path)])
+        case ".csv":
+            return Alignment([read_words_csv(path)])
         case ".mlf":
             found = read_mlf(path)
             if utterance is None and len(found) == 1:

@@ -5,7 +5,10 @@ import io
 from pathlib import Path
 
 from dnnvss import files
-from dnnvss.timing import Alignment
+from dnnvss.errors import DnnvssError
+from dnnvss.formats.labels import word_tier
+from dnnvss.timing import Alignment, Segment, Tier
+from dnnvss.timing.tiers import TOLERANCE
 
 
 def write_words_csv(path: str | Path, alignment: Alignment) -> Path:
@@ -15,3 +18,37 @@ def write_words_csv(path: str | Path, alignment: Alignment) -> Path:
     writer.writerow(["start", "end", "word"])
     writer.writerows([f"{s.start:.4f}", f"{s.end:.4f}", s.label] for s in alignment["words"] if s.label)
     return files.write_text(path, text.getvalue())
+
+
+def read_words_csv(path: str | Path) -> Tier:
+    """Return the tier ``words`` of a CSV with the columns start, end (seconds) and word; what is between is ``""``.
+
+    Raises:
+        DnnvssError: unreadable, another header, no word, a row that is not of this form, or words that overlap; names
+            file and line.
+    """
+    path = Path(path)
+    remedy = "Write the header start,end,word and a line a word, times in seconds"
+    rows = files.read(path, lambda p: list(csv.reader(io.StringIO(p.read_text("utf-8-sig")))), remedy)
+    if not rows or [name.strip().lower() for name in rows[0]] != ["start", "end", "word"]:
+        raise DnnvssError("line 1 is not start,end,word", file=path, remedy=remedy)
+    segments: list[Segment] = []
+    for number, row in enumerate(rows[1:], start=2):
+        if not row:
+            continue
+        try:
+            start, end, word = row
+            segment = Tier("words", [(float(start), float(end), word.strip())])[0]
+        except (ValueError, DnnvssError) as error:
+            why = error.problem if isinstance(error, DnnvssError) else f"{','.join(row)!r} is not START,END,WORD"
+            raise DnnvssError(f"line {number}: {why}", file=path, remedy=remedy) from error
+        at = segments[-1].end if segments else 0.0
+        if segment.start < at - TOLERANCE:
+            raise DnnvssError(f"line {number}: {word!r} starts at {segment.start:.4f} s, before {at:.4f} s", file=path,
+                              remedy=remedy)
+        if segment.start > at + TOLERANCE:
+            segments.append(Segment(at, segment.start, ""))
+        segments.append(segment)
+    if not segments:
+        raise DnnvssError("holds no word", file=path, remedy=remedy)
+    return word_tier(segments)

@@ -6,23 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.speech.align_sphinx import RATE, STEP, Heard, Pronunciations, decode
+from dnnvss.speech.align_doubt import DOUBTFUL, Word, doubt, levels, noisy, score
+from dnnvss.speech.align_sphinx import RATE, decode
 from dnnvss.speech.align_tiers import tiers
 from dnnvss.timing import Alignment
-
-Word = tuple[str, Pronunciations]
-"""A word as it is to be written in the tier, and its pronunciations, best first."""
-
-WORDS_BELOW, WORD_BELOW, SILENCE_BELOW = -32.0, -110.0, -45.0
-"""Log scores a frame below which an alignment is refused: the mean over all words, one word, one silence.
-
-Measured: 900 clips of GRID have means from -30 to -8, worst words down to -92 and worst silences down to -37; 300
-sentences of three synthetic voices -21, -71 and -29. Of other sentences of the same length, 98 % have means below -32,
-speech that the text leaves out gives silences about -60, white noise as strong as the speech (0 dB) means of -33 to
--53."""
-
-DOUBTFUL = -30.0
-"""Log score a frame below which a word of an alignment that was not refused is doubtful."""
 
 QUIET = 1e-3
 """Largest sample of a sound that is taken to hold nothing."""
@@ -66,7 +53,8 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
         slack: seconds of sound kept on either side of the spoken part.
 
     Raises:
-        DnnvssError: no word, no sound, less sound than the words need, or words that are not in the sound.
+        DnnvssError: no word, no sound, less sound than the words need, speech that drowns in noise, or words that are
+            not in the sound.
     """
     _check(audio, words)
     said = " ".join(word for word, _ in words)
@@ -74,17 +62,17 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
     for attempt, (start, end), gain, beam in _attempts(audio, bounds, slack):
         if beam < _BEAM and set(reasons) != {_NOT_FOUND}:
             break  # a path was found, and it does not fit: others are worse
-        heard = decode(audio[int(start * RATE) : int(end * RATE)] * gain, [ways for _, ways in words], beam)
+        sound = audio[int(start * RATE) : int(end * RATE)] * gain
+        heard = decode(sound, [ways for _, ways in words], beam)
         if heard is None:
             reasons.append(_NOT_FOUND)
             continue
-        heard = [h._replace(start=h.start + start, end=h.end + start) for h in heard]
-        doubt = _doubt(heard, words)
-        if not doubt:
-            pieces = [(h.phone, h.word, h.start, h.end) for h in heard]
-            scores = tuple(_score([h for h in heard if h.word == k]) for k in range(len(words)))
+        why = doubt(heard, words, sound, start)
+        if not why:
+            pieces = [(h.phone, h.word, h.start + start, h.end + start) for h in heard]
+            scores = tuple(score([h for h in heard if h.word == k]) for k in range(len(words)))
             return Aligned(tiers(pieces, [word for word, _ in words], len(audio) / RATE), scores, attempt)
-        reasons.append(doubt)
+        reasons.append(why)
     why = next((r for r in reasons if r != _NOT_FOUND), _NOT_FOUND)
     raise DnnvssError(f"the text {said!r} {why}", remedy="Give the words that were said, all of them, and a recording "
                       "without noise")
@@ -99,6 +87,8 @@ def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
                           remedy="Give the whole recording")
     if not np.isfinite(audio).all() or np.abs(audio).max() < QUIET:
         raise DnnvssError("the sound is silence", remedy="Give a recording with speech, loud enough")
+    if why := noisy(audio):
+        raise DnnvssError(why, remedy="Give a recording with less noise")
 
 
 def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,
@@ -116,32 +106,10 @@ def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,
 
 def spoken_part(audio: np.ndarray) -> tuple[float, float]:
     """Return the first and last moment in seconds at which sound (n,) at 16 kHz rises well above its noise floor."""
-    hop = RATE // 100
-    frames = audio[: len(audio) // hop * hop].reshape(-1, hop).astype(float)
-    level = 10 * np.log10((frames**2).mean(axis=1) + 1e-10)
+    level = levels(audio)
     floor, peak = np.percentile(level, 10), np.percentile(level, 98)
     loud = np.flatnonzero(level > floor + 0.35 * (peak - floor))
     return (loud[0] * 0.01, (loud[-1] + 1) * 0.01) if len(loud) else (0.0, len(audio) / RATE)
 
 
-def _doubt(heard: Sequence[Heard], words: Sequence[Word]) -> str:
-    """Return why the words cannot be what was said, or nothing."""
-    spoken = _score([h for h in heard if h.word >= 0])
-    if spoken < WORDS_BELOW:
-        return f"does not fit the sound (score {spoken:.0f} a frame, {WORDS_BELOW:.0f} at least)"
-    for index, (word, _) in enumerate(words):
-        score = _score([h for h in heard if h.word == index])
-        if score < WORD_BELOW:
-            return f"does not fit the sound at the word {word!r} (score {score:.0f} a frame)"
-    for pause in heard:
-        if pause.word < 0 and pause.end - pause.start > 0.1 and _score([pause]) < SILENCE_BELOW:
-            return f"leaves out what is said from {pause.start:.2f} to {pause.end:.2f} s"
-    return ""
-
-
-def _score(heard: Sequence[Heard]) -> float:
-    """Return the mean log score a frame; 0 is as good as can be."""
-    return sum(h.score for h in heard) / max(round(sum(h.end - h.start for h in heard) / STEP), 1)
-
-
-__all__ = ["DOUBTFUL", "QUIET", "SILENCE_BELOW", "WORDS_BELOW", "WORD_BELOW", "Aligned", "Word", "align", "spoken_part"]
+__all__ = ["DOUBTFUL", "QUIET", "Aligned", "Word", "align", "spoken_part"]

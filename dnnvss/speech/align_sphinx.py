@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pocketsphinx import Decoder
+from pocketsphinx import Decoder, get_model_path
 
 from dnnvss.phones import SILENCE
 
@@ -20,6 +21,9 @@ EDGE = 0.004
 
 By the middle of the window (25.6 ms wide) it would be 7.8 ms; against the known phone times of three synthetic voices
 (300 sentences) that is 3.6 ms late in the median."""
+
+_LOG_BASE = 1.0001
+"""Base of the decoder's logarithms."""
 
 Pronunciations = Sequence[tuple[str, ...]]
 
@@ -78,6 +82,26 @@ def decode(samples: np.ndarray, words: Sequence[Pronunciations], beam: float) ->
     except RuntimeError:  # the only way in which the decoder says that it found no path
         return None
     return _heard(entries, len(names)) if entries is not None else None
+
+
+@lru_cache(maxsize=1)
+def _phone_loop() -> Any:
+    phones = str(Path(get_model_path()) / "en-us" / "en-us-phone.lm.bin")
+    return Decoder(lm=None, dict=None, allphone=phones, allphone_ci=True, lw=2.0, beam=1e-20, pbeam=1e-10, dither=False,
+                   loglevel="FATAL")
+
+
+def free_scores(samples: np.ndarray) -> np.ndarray:
+    """Return the log score of every frame of sound (n,) at 16 kHz under the phones that fit it best, whatever they are.
+
+    Units are those of :class:`Heard`; beyond the last frame there are zeros to ``n // 160 + 1``.
+    """
+    decoder, found = _phone_loop(), np.zeros(len(samples) * 100 // RATE + 1)
+    _pass(decoder, _pcm(samples))
+    for part in decoder.seg() or ():
+        frames = slice(part.start_frame, part.end_frame + 1)
+        found[frames] = np.log(part.ascore) / np.log(_LOG_BASE) / (part.end_frame + 1 - part.start_frame)
+    return found
 
 
 def _pass(decoder: Any, pcm: bytes) -> None:

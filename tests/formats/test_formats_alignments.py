@@ -39,6 +39,8 @@ def test_grid_align_holds_words_in_units_of_25_kilohertz(tmp_path, alignment):
 def test_words_csv(tmp_path, alignment):
     path = write_alignment(tmp_path / "one.csv", alignment)
     assert path.read_text() == "start,end,word\n0.2500,0.4567,bin\n0.5000,0.6200,a\n"
+    back = read_alignment(path)["words"]
+    assert list(back) == WORDS[:-1]  # silence at the end is not written
 
 
 def test_the_lab_file_is_what_htk_expects(tmp_path, alignment):
@@ -102,6 +104,10 @@ def test_every_utterance_of_a_master_label_file(tmp_path, alignment):
     ("x.mlf", "0 1 sil\n", "line 1 is not #!MLF!#"),
     ("x.align", "0 100 sil\n100 200\n", "line 2: '100 200' is not START END WORD"),
     ("x.align", "0 100 sil\n25000 50000 bin\n", "line 2: .*gap of 0.9960 s"),
+    ("x.csv", "word\n", "line 1 is not start,end,word"),
+    ("x.csv", "start,end,word\n", "holds no word"),
+    ("x.csv", "start,end,word\n0,0.5,a\n0.4,0.6,b\n", "line 3: 'b' starts at 0.4000 s, before 0.5000 s"),
+    ("x.csv", "start,end,word\n0,half,a\n", "line 2: '0,half,a' is not START,END,WORD"),
     ("x.TextGrid", "nonsense", "cannot be read"),
     ("x.doc", "", "not understood"),
 ])
