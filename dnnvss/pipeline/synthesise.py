@@ -69,7 +69,7 @@ def synthesise(config: DictConfig) -> None:
     rate = FrameClock(config.rate or voice["rate"])
     style = OmegaConf.to_container(config.style, resolve=True)
     notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
-             "style": style, "keys": config.keys, "credit": voice["credit"]}
+             "style": style, "keys": config.import_keys, "credit": voice["credit"]}
     written = write_outputs(run, Path(config.out), rate, config.scale, trajectory, plan, notes) + exported
     print("wrote " + ", ".join(str(p) for p in written))
 
@@ -167,7 +167,7 @@ def generate(config: DictConfig, run: Run, example: Example, plan: Plan) -> np.n
     for setting, missing in run.generator.talker.unknown.items():
         if getattr(style, setting):
             print(f"the talker's recordings hold no {missing}: style.{setting} has no effect")
-    keys = read_keys(config.keys) if config.keys else []
+    keys = read_keys(config.import_keys) if config.import_keys else []
     held = functionals(run.face, run.generator.talker)
     return run.generator(example, style, keys, held, plan.alignment["phones"])
 
