@@ -8,7 +8,7 @@ import pytest
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import PHONES, SILENCES
 from dnnvss.speech.engines import ENGINES, Engine, Speech, base, find_engine
-from dnnvss.speech.engines.espeak import EspeakEngine, heard_as, mnemonics
+from dnnvss.speech.engines.espeak import EspeakEngine, heard_as, mnemonics, with_closures
 from dnnvss.speech.engines.festival import has_voice, ours, theirs
 from dnnvss.speech.engines.matching import matched
 from dnnvss.text.sentence import parse
@@ -157,6 +157,16 @@ def test_engine_speaks_in_ours(name: str) -> None:
     speech = engine.speak(parse(TEXT), alignment)
     assert speech.alignment is alignment
     assert_speech(speech, TEXT)
+
+
+def test_espeak_stops_begin_at_their_closure_and_not_after_a_pause() -> None:
+    sound = np.full(600, 0.1, np.float32)
+    sound[150:200] = sound[350:400] = sound[550:600] = 0.001
+    rows = with_closures([*heard("AA T sil K"), Segment(0.4, 0.6, "S")], sound, 1000)
+    assert rows == [Segment(0, 0.1, "AA"), Segment(0.1, 0.2, "T"), Segment(0.2, 0.30000000000000004, "sil"),
+                    Segment(0.30000000000000004, 0.4, "K"), Segment(0.4, 0.6, "S")]
+    rows = with_closures([Segment(0, 0.2, "AA"), Segment(0.2, 0.4, "T"), Segment(0.4, 0.6, "S")], sound, 1000)
+    assert rows == [Segment(0, 0.15, "AA"), Segment(0.15, 0.4, "T"), Segment(0.4, 0.6, "S")]
 
 
 def test_espeak_is_never_loaded_here() -> None:

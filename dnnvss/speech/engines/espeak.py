@@ -6,11 +6,15 @@ repeatable: its state outlives an utterance).
 
 import json
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from dnnvss.errors import DnnvssError
-from dnnvss.phones import SILENCE, VOWELS, strip_stress
+from dnnvss.phones import ARTICULATION, SILENCE, VOWELS, strip_stress
 from dnnvss.speech.engines.base import Speech, fitted, read_wav, run, workshop
 from dnnvss.speech.engines.matching import matched
 from dnnvss.text.sentence import Sentence
@@ -18,6 +22,9 @@ from dnnvss.text.syllables import syllable_starts
 from dnnvss.timing import Alignment, Segment
 
 _WORKER = Path(__file__).with_name("espeak_worker.py")  # run as a file: it starts in a tenth of a second
+
+_SOUNDLESS = 0.002
+"""Largest sample of a closure."""
 
 _MNEMONICS = {
     "AA": "A:", "AE": "a", "AH": "V", "AO": "O:", "AW": "aU", "AY": "aI", "EH": "E", "ER": "3:", "EY": "eI", "IH": "I",
@@ -62,8 +69,30 @@ class EspeakEngine:
                  if b > a]
         if heard[0].start > 0:
             heard.insert(0, Segment(0.0, heard[0].start, SILENCE))
-        timed = matched(sentence, heard, self.name)
+        timed = matched(sentence, with_closures(heard, samples, rate), self.name)
         return Speech(fitted(samples, rate, timed), rate, timed)
+
+
+def with_closures(heard: Sequence[Segment], samples: np.ndarray, rate: int) -> list[Segment]:
+    """Return the segments with every stop and affricate begun at its closure: eSpeak reports it at its burst.
+
+    The closure is the stretch without sound right before the burst; after a pause it cannot be told from the pause.
+
+    Args:
+        heard: segments in our labels.
+        samples: (n,) the sound, in [-1, 1].
+        rate: samples a second.
+    """
+    rows = list(heard)
+    for k, (before, own) in enumerate(pairwise(heard)):
+        if ARTICULATION[own.label].manner not in ("stop", "affricate") or before.label == SILENCE:
+            continue
+        first, burst = round(before.start * rate), round(own.start * rate)
+        sounding = np.flatnonzero(np.abs(samples[first:burst]) > _SOUNDLESS)
+        closure = (first + sounding[-1] + 1) / rate if len(sounding) else own.start
+        rows[k] = rows[k]._replace(end=closure)
+        rows[k + 1] = rows[k + 1]._replace(start=closure)
+    return rows
 
 
 def mnemonics(sentence: Sentence) -> str:
