@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import torch
 
 from dnnvss.aam.model import ActiveAppearanceModel, lip_pairs
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock, Tier
 from dnnvss.trajectory.constraints import Constraints, hold
+from dnnvss.trajectory.equations import precision_of
 
 BILABIALS = ("P", "B", "M")
 LABIODENTALS = ("F", "V")
@@ -185,13 +187,14 @@ def rest_in_silence(
         anticipation, release: seconds.
 
     Raises:
-        DnnvssError: a deviation that is not positive.
+        DnnvssError: a deviation or a variance that is not positive.
     """
     pull = np.broadcast_to(np.asarray(deviation, float), mean.shape[2:])
     if not (pull > 0).all():
         raise DnnvssError(f"a pull to rest of deviation {pull.min()} was asked for", remedy="Give a positive deviation")
-    variance = np.array(np.broadcast_to(variance, mean.shape), dtype=float)
     mean = np.array(mean, dtype=float)
+    precision_of(variance, torch.from_numpy(mean))  # names a variance that cannot be used
+    variance = np.array(np.broadcast_to(variance, mean.shape), dtype=float)
     at = silent_frames(tier, clock, len(mean), anticipation, release)
     trust = 1.0 / (1.0 + pull**2 / variance[at, 0])  # the share of the pull in the joined observation
     for w in range(mean.shape[1]):

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from dnnvss import DnnvssError
 from dnnvss.timing import FrameClock, Tier
 from dnnvss.trajectory import derivatives, mlpg
-from dnnvss.trajectory.constraints import hold
+from dnnvss.trajectory.constraints import Constraints, hold
 from dnnvss.trajectory.generation import Style, Talker, generate, speech_variances, speech_weight
 from dnnvss.trajectory.rules import Gauge, measure, silent_frames
 
@@ -155,3 +155,56 @@ def test_a_key_that_opens_the_mouth_on_b_wins_over_the_rule(talker):
 def test_a_dial_that_is_no_number_is_named(wrong):
     with pytest.raises(DnnvssError, match=f"style.{next(iter(wrong))}"):
         Style(**wrong)
+
+
+EVERYTHING = Style(articulation=1.0, closures=True, contacts=True, rest=True)
+
+
+def test_one_frame_is_enough(talker):
+    mean, variance = prediction()
+    for label in ("B", "F", "AA", "sil"):
+        x = generate(mean[:1], variance, Tier("phones", [(0, 0.01, label)]), CLOCK, talker, EVERYTHING)
+        assert x.shape == (1, 2) and np.isfinite(x).all()
+        if label == "B":
+            assert measure(talker.aperture, x)[0] < talker.closed + 1e-5
+
+
+@pytest.mark.parametrize("takes, style", [(1830, Style(articulation=1.0, rest=True)), (90, EVERYTHING)])
+def test_an_hour_or_minutes_of_constraints_in_one_call(talker, takes, style):
+    """A take of 2 s again and again, for 61 or 3 minutes: in the middle it is as it is between a few neighbours."""
+    mean, variance = prediction()
+    segments = [(2 * k + s.start, 2 * k + s.end, s.label) for k in range(takes) for s in TIER]
+    long = np.tile(mean, (takes, 1, 1))
+    x = generate(long, variance, Tier("phones", segments), CLOCK, talker, style)
+    few = generate(long[:1800], variance, Tier("phones", segments[: 9 * len(TIER)]), CLOCK, talker, style)
+    assert x.shape == (200 * takes, 2)
+    assert np.abs(x[600:1200] - few[600:1200]).max() < 1e-3 * few.std()
+    if style.closures:
+        assert measure(talker.aperture, x.reshape(takes, 200, 2)[:, 83:87]).max() < talker.closed + 1e-4
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, -1.0])
+@pytest.mark.parametrize("style", [Style(), EVERYTHING])
+def test_bad_variances_are_named_in_every_style(talker, value, style):
+    mean, variance = prediction()
+    spread = np.broadcast_to(variance, mean.shape).copy()
+    spread[10, 0, 1] = value  # in silence
+    with pytest.raises(DnnvssError, match=r"variance .* frame 10, stream 0, parameter 1"):
+        generate(mean, spread, TIER, CLOCK, talker, style)
+
+
+def test_infinite_variances_say_nothing_in_every_style(talker):
+    mean, variance = prediction()
+    spread = np.broadcast_to(variance, mean.shape).copy()
+    spread[20:25], spread[82:88, 0] = np.inf, np.inf
+    mean[20:25] = 1e6  # nobody listens
+    x = generate(mean, spread, TIER, CLOCK, talker, EVERYTHING)
+    assert np.isfinite(x).all() and np.abs(x).max() < 100
+    assert measure(talker.aperture, x)[83:87].max() < talker.closed + 1e-4
+
+
+def test_contradictory_wishes_of_an_artist_are_named(talker):
+    mean, variance = prediction()
+    keys = [hold([100], np.array([1.0, 0.0]), value=v, label=f"key {v:g}") for v in (1.0, 2.0)]
+    with pytest.raises(DnnvssError, match="contradict one another: 'key"):
+        generate(mean, variance, TIER, CLOCK, talker, EVERYTHING, constraints=Constraints.joined(keys))
