@@ -5,9 +5,9 @@
 
 Each engine speaks the sentences in a voice and a time of its own (the formant voice in the durations of the built-in
 talker); the aligner gets the sound, the words and the pronunciations of the lexicon. An error is the distance between
-the start of a phone as heard and as spoken; where the sound chose another pronunciation, the phones that the two share
-count, in order. The sentences are read from a file in which a row holds category, variant and text; none of them was
-used to set the aligner's constants.
+the start of a phone as heard and as spoken, first by the aligner for everybody, then by the engine's own voice learnt
+from all its sentences, as a corpus is aligned (``data_prep``); where the sound chose another pronunciation, the phones
+that the two share count, in order. The sentences are read from a file in which a row holds category, variant and text.
 
 What must be refused: the words of the next sentence (mismatched), the first half of the sound (truncated), white noise
 as strong as the speech (0 dB), no sound (empty) and zeros (silent).
@@ -18,19 +18,23 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from difflib import SequenceMatcher
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.signal import resample_poly
 from tqdm import tqdm
 
+from data_prep.adapt import LATE, own_voice
 from dnnvss.corpus import Utterance
 from dnnvss.corpus.talker.durations import speak
 from dnnvss.corpus.talker.grammar import compose
 from dnnvss.errors import DnnvssError
-from dnnvss.phones import SILENCES
+from dnnvss.phones import SILENCE, SILENCES
 from dnnvss.speech.align import Word, align
+from dnnvss.speech.align_adapt import segment
+from dnnvss.speech.align_features import cepstra
 from dnnvss.speech.align_sphinx import RATE
+from dnnvss.speech.align_tiers import tiers
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.engines import ENGINES, find_engine
 from dnnvss.text.score import read_cases
@@ -75,22 +79,39 @@ def _phones(alignment: Alignment) -> list[Segment]:
     return [s for s in alignment["phones"] if s.label not in SILENCES]
 
 
-def accuracy(engine: str, cases: Sequence[Spoken]) -> str:
-    """Return the engine's row of the table."""
-    found, phones, unaligned = list[np.ndarray](), 0, 0
-    for case in tqdm(cases, engine, leave=False):
+def accuracy(engine: str, cases: Sequence[Spoken]) -> list[str]:
+    """Return the engine's rows of the table: the aligner for everybody, then the engine's own voice."""
+    first: dict[int, Alignment] = {}
+    for k, case in enumerate(tqdm(cases, engine, leave=False)):
         try:
-            late, count = errors(align(case.sound, case.words).alignment, case.truth)
+            first[k] = align(case.sound, case.words).alignment
         except DnnvssError as error:
-            unaligned += 1
             print(f"  unaligned: {error.problem}")
-            continue
-        found.append(late)
-        phones += count
-    late = 1000 * np.concatenate(found)
-    far = 100 * (np.abs(late) > 25).mean()
-    return (f"| {engine} | {len(cases)} | {unaligned} | {np.abs(late).mean():.1f} | {np.median(late):+.1f} "
-            f"| {far:.1f} | {100 * len(late) / phones:.1f} |")
+    kept = [cases[k] for k in first]
+    again = heard_by_own_voice(kept, list(first.values()))
+    return [_row(name, found, kept, len(cases))
+            for name, found in ((engine, list(first.values())), (f"{engine}, own voice", again))]
+
+
+def _row(name: str, found: Sequence[Alignment], cases: Sequence[Spoken], asked: int) -> str:
+    pairs = [errors(a, case.truth) for a, case in zip(found, cases, strict=True)]
+    late = 1000 * np.concatenate([d for d, _ in pairs])
+    far, compared = 100 * (np.abs(late) > 25).mean(), 100 * len(late) / sum(n for _, n in pairs)
+    return (f"| {name} | {asked} | {asked - len(found)} | {np.abs(late).mean():.1f} | {np.median(late):+.1f} "
+            f"| {far:.1f} | {compared:.1f} |")
+
+
+def heard_by_own_voice(cases: Sequence[Spoken], first: list[Alignment]) -> list[Alignment]:
+    """Return the sentences aligned by the voice that is learnt from their first alignment."""
+    features = [cepstra(case.sound) for case in cases]
+    tasks: list[dict[str, Any]] = [{"words": case.words, "bounds": None} for case in cases]
+    phones = (*sorted({p for case in cases for _, ways in case.words for way in ways for p in way}), SILENCE)
+    voice = own_voice(phones, features, first, tasks)
+    sentences = [[ways for _, ways in case.words] for case in cases]
+    found = [segment(voice, [f], [s], [None])[0][0] for f, s in zip(features, sentences, strict=True)]
+    earlier = [[(phone, word, max(a - LATE, 0.0), b - LATE) for phone, word, a, b in pieces] for pieces in found]
+    return [tiers(pieces, [w for w, _ in case.words], len(case.sound) / RATE)
+            for pieces, case in zip(earlier, cases, strict=True)]
 
 
 def _noisy(sound: np.ndarray) -> np.ndarray:
@@ -137,8 +158,8 @@ def main() -> None:
             print(f"{name} is left out: {reason}")
             continue
         cases = list(spoken_by(name, sentences))
-        rows.append(accuracy(name, cases))
-        print(rows[-1], flush=True)
+        rows += accuracy(name, cases)
+        print("\n".join(rows[-2:]), flush=True)
         refused += [refusals(name, cases[: chosen.refusals])] if chosen.refusals else []
     print("\n| engine | sentences | unaligned | mean absolute error, ms | median, ms | over 25 ms, % "
           "| phones compared, % |")

@@ -66,12 +66,20 @@ def learn_voice(
             old.unlink()
         features = [cepstra(read_audio(tasks[n]["audio"])) for n in tqdm(names, desc="cepstra")]
         phones = (*sorted({p for t in tasks.values() for _, ways in t["words"] for way in ways for p in way}), SILENCE)
-        _rounds(phones, features, [known[n] for n in names], [tasks[n] for n in names]).write(path)
+        own_voice(phones, features, [known[n] for n in names], [tasks[n] for n in names]).write(path)
     return path
 
 
-def _rounds(phones: tuple[str, ...], features: list[np.ndarray], known: list[Alignment],
-            tasks: list[dict[str, Any]]) -> Voice:
+def own_voice(phones: tuple[str, ...], features: list[np.ndarray], known: list[Alignment],
+              tasks: list[dict[str, Any]]) -> Voice:
+    """Return the voice learnt from a first alignment in :data:`ROUNDS` rounds.
+
+    Args:
+        phones: of the voice, silence among them.
+        features: cepstra (T, 39) of each clip.
+        known: the first alignment of each clip.
+        tasks: ``words`` and ``bounds`` (or None) of each clip.
+    """
     states = [first_states(_pieces(a), len(f), phones) for a, f in zip(known, features, strict=True)]
     voice = learn(features, states, phones, MIXTURES)
     for _ in tqdm(range(1, ROUNDS), desc="voice"):

@@ -13,20 +13,23 @@ from dnnvss.speech.align_sphinx import EDGE, RATE, STEP, Heard, free_scores
 Word = tuple[str, Sequence[tuple[str, ...]]]
 """A word as it is to be written in the tier, and its pronunciations, best first."""
 
-WORDS_BELOW, WORD_BELOW, SILENCE_BELOW = -46.0, -110.0, -45.0
+WORDS_BELOW, WORD_BELOW, SILENCE_BELOW = -48.0, -110.0, -45.0
 """Log scores a frame below which words are not what was said: the mean over all words, one word, one silence.
 
-Right words have means from -30 to -8 (eSpeak NG's voice down to -43), worst words down to -92, worst silences down to
--37. Sentences of other words that are found at all have means about -55, speech that the text leaves out gives silences
-about -60."""
+Right words have means from -30 to -8 (eSpeak NG's voice: 98 of 100 sentences above -48), worst words down to -92, worst
+silences down to -37. Sentences of other words that are found at all have means about -55, speech that the text leaves
+out gives silences about -60."""
 
 DOUBTFUL = -30.0
 """Mean log score a frame below which the sound is compared with the phones that fit it best, whatever they are; also
 the score of a word that may be wrong in an alignment that is accepted."""
 
-_BEHIND, _WORD_BEHIND, _PHONE_BEHIND, _SHARE_BEHIND = -26.0, -67.0, -40.0, 0.4
-"""By how much doubtful words may lag behind the best phones: the mean, one word; and the share of phones that may lag
-by more than the third number. Right words of a strange voice: -25, -66 and 0.39 at the worst."""
+_BEHIND, _WORD_BEHIND = -28.0, -83.0
+"""By how much doubtful words may lag behind the best phones, in log score a frame: the mean, and one word."""
+
+_PHONE_BEHIND, _SHARE_BEHIND, _LAGGING = -40.0, 0.38, -18.0
+"""A phone lags if it is behind by more than the first number; doubtful words are wrong if more than the second, a share
+of their phones, lag and their mean is behind by more than the third."""
 
 _RANGE = 14.0
 """Decibels between the loudest and the quietest parts of a recording below which it is noise: clean ones have 19 and
@@ -79,8 +82,8 @@ def _behind(spoken: Sequence[Heard], words: int, audio: np.ndarray) -> bool:
     lag = np.array([h.score - (free[b] - free[a]) for h, (a, b) in zip(spoken, edges, strict=True)])
     owner = np.array([h.word for h in spoken])
     word_lag = np.bincount(owner, lag, words) / np.bincount(owner, frames, words)
-    return bool(lag.sum() / frames.sum() < _BEHIND or word_lag.min() < _WORD_BEHIND
-                or (lag / frames < _PHONE_BEHIND).mean() > _SHARE_BEHIND)
+    mean, share = lag.sum() / frames.sum(), (lag / frames < _PHONE_BEHIND).mean()
+    return bool(mean < _BEHIND or word_lag.min() < _WORD_BEHIND or (mean < _LAGGING and share > _SHARE_BEHIND))
 
 
 def score(heard: Sequence[Heard]) -> float:

@@ -8,7 +8,16 @@ import numpy as np
 from dnnvss.phones import SILENCE, SILENCES, VOWELS, phone_id
 from dnnvss.text.sentence import spoken_words, with_stress
 from dnnvss.text.syllables import syllable_starts
+from dnnvss.text.tokens import word_set
 from dnnvss.timing import Alignment
+
+LONGEST = 12
+"""Most words of a phrase."""
+
+_SHORTEST = 3  # words of a phrase that length alone makes
+
+_JOINING = word_set("and but or nor so because that which who when while if where after before although though unless "
+                    "until as than to in on at by for with from of into over about")
 
 
 @dataclass(frozen=True)
@@ -58,7 +67,7 @@ def linguistic_tree(alignment: Alignment, text: str) -> LinguisticTree:
     Words come from the tier ``words`` (the label ``""`` is a pause), syllables from their phones by maximal onset.
     A phrase ends where a ``sil`` stands between words, and at a comma, semicolon, colon, full stop, dash or the like
     after a word of the text; words of text and tier are matched in order, and where they do not agree the punctuation
-    is ignored.
+    is ignored. A phrase of more than :data:`LONGEST` words is cut near its middle, rather before a joining word.
 
     Args:
         alignment: with tiers ``phones`` (the 41 labels) and ``words``.
@@ -134,7 +143,19 @@ def _phrases(alignment: Alignment, text: str, owner: np.ndarray, word: np.ndarra
         if previous >= 0 and word[i] != word[previous] and (silent or owner[previous] in ends):
             current += 1
         phrase[i], previous, silent = current, i, False
-    return phrase
+    names = alignment["words"].labels
+    first = {int(w): names[owner[i]].strip().lower() for i, w in reversed(list(enumerate(word))) if w >= 0}
+    cuts = [cut for p in range(current + 1) for cut in _cuts(sorted({int(w) for w in word[phrase == p]}), first)]
+    return np.where(phrase >= 0, phrase + np.searchsorted(cuts, word, side="right"), -1)
+
+
+def _cuts(words: list[int], names: dict[int, str]) -> list[int]:
+    """Return the words of a phrase before which it is cut, in order, so that no part is too long."""
+    if len(words) <= LONGEST:
+        return []
+    places = range(_SHORTEST, len(words) - _SHORTEST + 1)
+    at = min(places, key=lambda k: abs(k - len(words) / 2) - 3 * (names[words[k]] in _JOINING))
+    return [*_cuts(words[:at], names), words[at], *_cuts(words[at:], names)]
 
 
 def _punctuated(labels: tuple[str, ...], text: str) -> set[int]:

@@ -75,6 +75,17 @@ def test_punctuation_is_matched_by_order_where_text_and_tier_agree() -> None:
     assert linguistic_tree(aligned(*words), "").phrases == 1
 
 
+def test_long_phrases_are_cut_near_the_middle_before_a_joining_word() -> None:
+    names = ["we", "went", "down", "the", "old", "road", "again", "and", "then", "we", "came", "back", "home"]
+    long = aligned(*(f"{name}=AH" for name in names))
+    assert linguistic_tree(long, " ".join(names)).phrase.tolist() == [0] * 7 + [1] * 6
+    assert linguistic_tree(aligned(*(f"{n}=AH" for n in names[:12])), "").phrases == 1
+    plain = linguistic_tree(aligned(*(f"w{k}=AH" for k in range(30))), "")
+    assert [int((plain.phrase == p).sum()) for p in range(plain.phrases)] == [7, 8, 7, 8]
+    paused = aligned(*(f"{n}=AH" for n in names[:8]), "=sil", *(f"{n}=AH" for n in names[8:]))
+    assert linguistic_tree(paused, "").phrases == 2
+
+
 def test_silence_inside_a_word_and_phones_inside_a_pause() -> None:
     tree = linguistic_tree(aligned("=sil", "hello=HH AH sil L OW", "=N AW"), "hello")
     assert tree.word.tolist() == [-1, 0, 0, -1, 0, 0, 0, 0]

@@ -40,7 +40,7 @@ def theirs(phone: str) -> str:
 
 
 class FestivalEngine:
-    """Festival in a subprocess, voice ``cmu_us_slt_arctic_hts``; ``kal_diphone`` where it is missing or for given times.
+    """Festival in a subprocess, ``cmu_us_slt_arctic_hts``; ``kal_diphone`` where that is missing or for given times.
 
     Its lexicon is told our pronunciations, stress included.
     """
