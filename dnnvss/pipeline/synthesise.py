@@ -66,6 +66,7 @@ def synthesise(config: DictConfig) -> None:
     print(summary(spans, len(trajectory)))
     risks = {"frames": len(trajectory), "rate": str(run.task.clock.rate), "spans": [s.to_json() for s in spans]}
     exported = [_export_keys(config, run, trajectory, plan)] if config.export_keys else []
+    trajectory = ahead(trajectory, run.task.clock, config.anticipation / 1000)
     rate = FrameClock(config.rate or voice["rate"])
     style = OmegaConf.to_container(config.style, resolve=True)
     notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
@@ -132,8 +133,8 @@ def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
 
     sentence = _parsed(config, voice)
     durations = DurationModel.load(run.folder / "durations.npz")
-    alignment = durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in,
-                                  lead_out=config.lead_out)
+    alignment = durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in / 1000,
+                                  lead_out=config.lead_out / 1000)
     plan = Plan(sentence.text, alignment, notes={"pronunciation": sentence.report()})
     return _spoken(config, voice, plan, sentence)
 
@@ -141,13 +142,15 @@ def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
 def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Sentence | None") -> Plan:
     if config.speech.engine == "none":
         return plan
-    from dnnvss.speech.engines import find_engine
+    from dnnvss.speech.engines import find_engine, with_silences
 
     if sentence is None:
         sentence = _parsed(config, voice, plan.text)
     timed = bool(config.alignment or config.total or config.speed != 1)
     engine = find_engine(config.speech.engine, imposing=timed)
     speech = engine.speak(sentence, plan.alignment)
+    if not engine.imposes:
+        speech = with_silences(speech, config.lead_in / 1000, config.lead_out / 1000)
     print(f"speech: {engine.name}")
     alignment = speech.alignment.with_tier(plan.alignment[TIER]) if TIER in plan.alignment else speech.alignment
     return Plan(plan.text, alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})
@@ -170,6 +173,12 @@ def generate(config: DictConfig, run: Run, example: Example, plan: Plan) -> np.n
     keys = read_keys(config.import_keys) if config.import_keys else []
     held = functionals(run.face, run.generator.talker)
     return run.generator(example, style, keys, held, plan.alignment["phones"])
+
+
+def ahead(trajectory: np.ndarray, clock: FrameClock, seconds: float) -> np.ndarray:
+    """Return the trajectory (T, D) moved ahead by ``seconds``, to the nearest frame; its ends are held."""
+    frames = np.arange(len(trajectory)) + round(seconds * float(clock.rate))
+    return trajectory[np.clip(frames, 0, len(trajectory) - 1)]
 
 
 def _export_keys(config: DictConfig, run: Run, trajectory: np.ndarray, plan: Plan) -> Path:

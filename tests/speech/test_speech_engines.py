@@ -7,7 +7,7 @@ import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import PHONES, SILENCES
-from dnnvss.speech.engines import ENGINES, Engine, Speech, base, find_engine
+from dnnvss.speech.engines import ENGINES, Engine, Speech, base, find_engine, with_silences
 from dnnvss.speech.engines.espeak import EspeakEngine, heard_as, mnemonics, with_closures
 from dnnvss.speech.engines.festival import has_voice, ours, theirs
 from dnnvss.speech.engines.matching import matched
@@ -157,6 +157,22 @@ def test_engine_speaks_in_ours(name: str) -> None:
     speech = engine.speak(parse(TEXT), alignment)
     assert speech.alignment is alignment
     assert_speech(speech, TEXT)
+
+
+@pytest.mark.parametrize(("lead_in", "lead_out"), [(0.3, 0.1), (0.1, 0.4), (0.0, 0.0)])
+def test_silences_before_and_after_are_as_asked(lead_in: float, lead_out: float) -> None:
+    phones = Tier("phones", [(0, 0.2, "sil"), (0.2, 0.3, "HH"), (0.3, 0.5, "AY"), (0.5, 0.7, "sil")])
+    words = Tier("words", [(0, 0.2, ""), (0.2, 0.5, "hi"), (0.5, 0.7, "")])
+    sound = np.zeros(700, np.float32)
+    sound[200:500] = np.arange(1, 301)
+    got = with_silences(Speech(sound, 1000, Alignment([phones, words])), lead_in, lead_out)
+    first = round(1000 * lead_in)
+    assert len(got.samples) == first + 300 + round(1000 * lead_out)
+    assert got.samples[first : first + 300].tolist() == list(range(1, 301)) and got.samples[:first].sum() == 0
+    spoken = [s for s in got.alignment["phones"] if s.label != "sil"]
+    assert [(round(s.start - lead_in, 6), round(s.end - lead_in, 6)) for s in spoken] == [(0.0, 0.1), (0.1, 0.3)]
+    assert got.alignment["words"].labels == (("",) if lead_in else ()) + ("hi",) + (("",) if lead_out else ())
+    assert got.alignment.end == pytest.approx(lead_in + 0.3 + lead_out)
 
 
 def test_espeak_stops_begin_at_their_closure_and_not_after_a_pause() -> None:

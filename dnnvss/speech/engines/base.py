@@ -13,8 +13,9 @@ import scipy.io.wavfile
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.phones import SILENCE, SILENCES
 from dnnvss.text.sentence import Sentence
-from dnnvss.timing import Alignment, FrameClock
+from dnnvss.timing import Alignment, FrameClock, Segment, Tier
 
 TIMEOUT = 120
 """Seconds after which a program that speaks is given up."""
@@ -108,3 +109,24 @@ def fitted(samples: np.ndarray, rate: int, alignment: Alignment) -> np.ndarray:
     edges = FrameClock(rate).edges(np.array([alignment.start, alignment.end]))
     count = int(edges[1] - edges[0])
     return np.pad(samples[:count], (0, max(count - len(samples), 0))).astype(np.float32)
+
+
+def with_silences(speech: Speech, lead_in: float, lead_out: float) -> Speech:
+    """Return the speech with these seconds of silence before its first phone and after its last one."""
+    phones, words = speech.alignment["phones"], speech.alignment["words"]
+    spoken = [s for s in phones if s.label not in SILENCES]
+    start, end = spoken[0].start, spoken[-1].end
+    whole = lead_in + end - start + lead_out
+
+    def framed(tier: Tier, pause: str, inside: list[Segment]) -> Tier:
+        rows = [(0.0, lead_in, pause)] if lead_in > 0 else []
+        rows += [(lead_in + s.start - start, lead_in + s.end - start, s.label) for s in inside]
+        return Tier(tier.name, [*rows, (lead_in + end - start, whole, pause)] if lead_out > 0 else rows)
+
+    kept = [[s for s in tier if start - 1e-6 <= s.start and s.end <= end + 1e-6] for tier in (phones, words)]
+    alignment = Alignment([framed(phones, SILENCE, kept[0]), framed(words, "", kept[1])])
+    first, last = (round(t * speech.rate) for t in (start, end))
+    before, after = round(lead_in * speech.rate), round(lead_out * speech.rate)
+    samples = np.concatenate([np.zeros(max(before - first, 0)), speech.samples[max(first - before, 0) : last + after],
+                              np.zeros(max(last + after - len(speech.samples), 0))])
+    return Speech(fitted(samples.astype(np.float32), speech.rate, alignment), speech.rate, alignment)
