@@ -62,7 +62,7 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
                **{f"predicted_{name}": predicted[_row(name)] for name in styles}}
     for name, arrays in outputs.items():
         files.write_arrays(folder / "predictions" / f"{name}.npz", **arrays)
-    report = evaluate(predicted, references, **masks)
+    report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"])
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
     print(f"\n{title}\n\n{report.table()}")

@@ -80,12 +80,12 @@ class NetworkModel(VisualModel):
             train, val: examples.
             join: parameter generation of the task.
         """
-        clips = [[self._clip(e) for e in examples] for examples in (train, val)]
+        ours, held_out = [self._clip(e) for e in train], [self._clip(e) for e in val]
         scale = torch.from_numpy(self.deviation_[0].astype(np.float32))
         for k, network in enumerate(self.networks_):
             network.cpu().train()
             settings = replace(self.settings, seed=self.settings.seed + k)
-            losses = refine(network, *clips, self._decode, join, scale, settings)
+            losses = refine(network, ours, held_out, self._decode, join, scale, settings)
             network.eval()
             print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in losses))
         self._fit_variance(val)
