@@ -104,8 +104,8 @@ def find_sync(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tupl
     path = shop.out / FOLDER / "sync" / f"{key}.json"
     if path.is_file():
         return Sync(**files.read_json(path))
-    clips = _clips(shop, sounds, seen, groups, rate)
-    halves = _lags(clips, _crossfitted(clips))
+    clips = read_clips(shop, sounds, seen, groups, rate)
+    halves = lags(clips, crossfitted(clips))
     found = shrunk(list(clips), *halves)
     files.write_json(path, found.__dict__)
     return found
@@ -141,8 +141,9 @@ def _rows(groups: Mapping[str, tuple[int, int]], *names: str) -> np.ndarray:
     return np.concatenate(rows)
 
 
-def _clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tuple[np.ndarray, np.ndarray]],
-           groups: Mapping[str, tuple[int, int]], rate: float) -> dict[str, Clip]:
+def read_clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tuple[np.ndarray, np.ndarray]],
+               groups: Mapping[str, tuple[int, int]], rate: float) -> dict[str, Clip]:
+    """Return each utterance heard and seen; the arguments are those of :func:`find_sync`."""
     lips, still = _rows(groups, "lip", "mouth"), _rows(groups, "eye", "nose")
     face = mean_shape(np.concatenate([points[valid][::10] for points, valid in seen.values()]).astype(float))
     shapes = {}
@@ -177,7 +178,7 @@ def _spoken(sound: np.ndarray) -> np.ndarray:
     return mask
 
 
-def _crossfitted(clips: Mapping[str, Clip]) -> dict[str, np.ndarray]:
+def crossfitted(clips: Mapping[str, Clip]) -> dict[str, np.ndarray]:
     """Return the lips (M, K) that a network heard which has not seen the clip."""
     names = list(clips)
     order = np.random.default_rng(0).permutation(len(names))
@@ -219,7 +220,7 @@ def _window(sound: np.ndarray, centres: np.ndarray) -> np.ndarray:
     return sound[np.clip(centres[:, None] + _CONTEXT, 0, len(sound) - 1)].reshape(len(centres), -1)
 
 
-def _lags(clips: Mapping[str, Clip], heard: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lags(clips: Mapping[str, Clip], heard: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return by how many seconds sound is late in whole clips, first halves and second halves, each (N,)."""
     found = []
     for name, clip in clips.items():
