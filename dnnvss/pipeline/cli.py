@@ -9,7 +9,7 @@ from typing import Any
 
 from dnnvss.errors import DnnvssError
 
-_TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys")
+_TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment")
 """Settings whose values are text or paths."""
 
 

@@ -66,6 +66,8 @@ def synthesise(config: DictConfig) -> None:
     print(summary(spans, len(trajectory)))
     risks = {"frames": len(trajectory), "rate": str(run.task.clock.rate), "spans": [s.to_json() for s in spans]}
     exported = [_export_keys(config, run, trajectory, plan)] if config.export_keys else []
+    if config.export_alignment:
+        exported.append(export_alignment(Path(config.export_alignment), plan))
     trajectory = ahead(trajectory, run.task.clock, config.anticipation / 1000)
     rate = FrameClock(config.rate or voice["rate"])
     style = OmegaConf.to_container(config.style, resolve=True)
@@ -173,6 +175,19 @@ def generate(config: DictConfig, run: Run, example: Example, plan: Plan) -> np.n
     keys = read_keys(config.import_keys) if config.import_keys else []
     held = functionals(run.face, run.generator.talker)
     return run.generator(example, style, keys, held, plan.alignment["phones"])
+
+
+def export_alignment(path: Path, plan: Plan) -> Path:
+    """Write the times in the format of the suffix, HTS full-context labels for ``.full.lab``; return the path.
+
+    Raises:
+        DnnvssError: an unknown suffix.
+    """
+    from dnnvss.text.full_context import write_full_context
+
+    if path.name.lower().endswith(".full.lab"):
+        return write_full_context(path, plan.alignment, plan.text)
+    return write_alignment(path, plan.alignment)
 
 
 def ahead(trajectory: np.ndarray, clock: FrameClock, seconds: float) -> np.ndarray:

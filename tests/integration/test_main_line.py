@@ -97,6 +97,20 @@ def test_text_becomes_a_video_with_sound_and_everything_beside_it(home: Path) ->
     assert out.with_suffix(".png").is_file()
     report = json.loads(out.with_suffix(".json").read_text())
     assert report["engine"] == "formant" and report["pronunciation"][0]["spoken"] == "hello"
+    risks = report["risks"]
+    assert (risks["frames"], risks["rate"]) == (frames, "100")
+    assert any(r["kind"] == "unseen triphone" for span in risks["spans"] for r in span["risks"])
+
+
+def test_length_silences_lead_and_labels_are_as_asked(home: Path) -> None:
+    labels = home / "t.full.lab"
+    lengths = ("total=3", "lead_in=400", "lead_out=200")
+    usual = trajectory(speak(home, "t.mp4", "text='Hello there, my friend.'", *lengths, f"export_alignment={labels}"))
+    times = read_alignment(home / "t.TextGrid")["phones"]
+    assert (times.end, times[0].end, times.end - times[-1].start) == pytest.approx((3.0, 0.4, 0.2), abs=1e-3)
+    assert read_alignment(labels)["phones"].labels == times.labels
+    early = trajectory(speak(home, "t2.mp4", "text='Hello there, my friend.'", *lengths, "anticipation=50"))
+    assert np.array_equal(early[:-5], usual[5:])
 
 
 def test_face_moves_with_the_words_and_rests_in_silence(home: Path) -> None:
