@@ -145,8 +145,18 @@ def _sweep(source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     reach, frames = len(source) - 1, source.shape[1]
     lower = np.zeros((frames + reach, reach, *source.shape[2:]))
     pivot = source[0].copy()
-    scratch = np.empty_like(pivot[0])
-    for t in range(1, frames):
+    with np.errstate(divide="ignore", invalid="ignore"):  # a pivot of zero is named below
+        _eliminate(source, lower, pivot)
+    weak = ~(pivot > _SINGULAR * source[0])
+    if weak.any():
+        raise _undetermined(tuple(np.argwhere(weak)[0]))
+    return lower, pivot
+
+
+def _eliminate(source: np.ndarray, lower: np.ndarray, pivot: np.ndarray) -> None:
+    """Fill multipliers and pivots frame by frame."""
+    reach, scratch = len(source) - 1, np.empty_like(pivot[0])
+    for t in range(1, source.shape[1]):
         undivided: dict[int, np.ndarray] = {}
         for k in range(min(t, reach), 0, -1):
             undivided[k] = value = source[k, t - k].copy()
@@ -154,10 +164,6 @@ def _sweep(source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
                 value -= np.multiply(undivided[m], lower[t - k, reach - (m - k)], out=scratch)
             np.divide(value, pivot[t - k], out=lower[t, reach - k])
             pivot[t] -= np.multiply(value, lower[t, reach - k], out=scratch)
-    weak = pivot < _SINGULAR * source[0]
-    if weak.any():
-        raise _undetermined(tuple(np.argwhere(weak)[0]))
-    return lower, pivot
 
 
 class CyclicReduction:

@@ -160,3 +160,17 @@ def test_a_long_utterance_is_solved_in_linear_time():
     x = mlpg(mean, 1.0)
     near = mlpg(mean[49_800:50_200], 1.0)
     assert np.abs(x[49_950:50_050] - near[150:250]).max() < 1e-12
+
+
+@pytest.mark.parametrize("lengths", [None, np.arange(3, 43)])
+def test_a_batch_wider_than_the_cache_equals_its_rows(lengths):
+    rng = np.random.default_rng(5)
+    mean, variance = rng.normal(size=(40, 42, 3, 30)), rng.uniform(0.1, 1, size=(40, 42, 3, 30))
+    x = mlpg(mean, variance, lengths=lengths)
+    for b in (0, 26, 27, 39):
+        own = 42 if lengths is None else lengths[b]
+        np.testing.assert_allclose(x[b, :own], mlpg(mean[b, :own], variance[b, :own]), atol=1e-11)
+        assert not x[b, own:].any()
+    variance[33] = np.inf
+    with pytest.raises(DnnvssError, match="row 33"):
+        mlpg(mean, variance, lengths=lengths)
