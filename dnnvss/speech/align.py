@@ -58,7 +58,7 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
     """
     _check(audio, words)
     said = " ".join(word for word, _ in words)
-    reasons = []
+    reasons: list[str] = []
     for attempt, (start, end), gain, beam in _attempts(audio, bounds, slack):
         if beam < _BEAM and set(reasons) != {_NOT_FOUND}:
             break  # a path was found, and it does not fit: others are worse

@@ -61,7 +61,7 @@ class _Units:
             return f"{position[i] + 1}{sign}{count[i] - position[i]}" if spoken else f"{_NONE}{sign}{_NONE}"
 
         own = self._syllable(i if spoken else None)
-        nuclei = np.flatnonzero(t.vowel & (t.syllable == t.syllable[i])) if spoken else []
+        nuclei = np.flatnonzero(t.vowel & (t.syllable == t.syllable[i]) & spoken)
         vowel = names[nuclei[0]] if len(nuclei) else "x"
         before, after = (self._beside(i, "syllable", step) for step in (-1, 1))
         words = [self._count(self._beside(i, "word", step), t.syllables_in_word) for step in (-1, 1)]
