@@ -64,6 +64,11 @@ class VisualModel(ABC):
     def predict(self, example: Example) -> Prediction:
         """Return the predicted streams of one utterance."""
 
+    def report(self, example: Example) -> dict[str, Any]:
+        """Return how the prediction of an utterance came about, as plain containers; nothing where that is no help."""
+        del example
+        return {}
+
     @abstractmethod
     def state(self) -> dict[str, Any]:
         """Return what was learnt as tensors and plain containers."""

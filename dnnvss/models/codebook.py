@@ -35,6 +35,11 @@ class Choice:
     weights: tuple[float, ...]
     utterances: tuple[str, ...]
 
+    def described(self) -> dict[str, Any]:
+        """Return the choice as plain containers."""
+        shares = dict(zip(self.utterances, (round(w, 3) for w in self.weights), strict=True))
+        return {"phone": self.phone, "used": self.used, "from": shares}
+
 
 class Codebook(VisualModel):
     """Trajectories of the ``examples`` best examples of each phone, warped to its duration, averaged and joined.
@@ -98,6 +103,14 @@ class Codebook(VisualModel):
         own = -1 if self.own or example.id not in self.corpus_.ids else self.corpus_.ids.index(example.id)
         return [self._choice(codes[p], wanted[p], frames[p], own) for p in np.flatnonzero(frames)]
 
+    def report(self, example: Example) -> dict[str, Any]:
+        """Return which sentences each phone came from, and their shares."""
+        return {"selection": [c.described() for c in self.choices(example)]}
+
+    def entries(self, code: int) -> np.ndarray:
+        """Return all examples (n,) of a phone, or of the nearest phone by articulation where it has none."""
+        return self._entries[int(self._stands[code])]
+
     def joined(self, example: Example, choices: Sequence[Choice]) -> np.ndarray:
         """Return the static trajectory (T, D) of the choices, warped, averaged and joined, without smoothing."""
         frames = example.codes.arrays["phone_frames"].astype(np.int64)
@@ -160,7 +173,7 @@ class Codebook(VisualModel):
             own: an utterance of the corpus that is left out, or -1; it serves where nothing else has the phone.
             count: how many at most.
         """
-        entries = self._entries[int(self._stands[code])]
+        entries = self.entries(code)
         others = entries[self.corpus_.owner[entries] != own]
         entries = others if len(others) else entries
         near = np.tile(np.arange(1, self.context + 1), 2)
