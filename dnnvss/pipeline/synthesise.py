@@ -72,7 +72,7 @@ def synthesise(config: DictConfig) -> None:
     rate = FrameClock(config.rate or voice["rate"])
     style = OmegaConf.to_container(config.style, resolve=True)
     notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
-             "style": style, "keys": config.import_keys, "credit": voice["credit"]}
+             "style": style, "keys": config.import_keys, "model": run.model.report(example), "credit": voice["credit"]}
     written = write_outputs(run, Path(config.out), rate, config.scale, trajectory, plan, notes) + exported
     print("wrote " + ", ".join(str(p) for p in written))
 
