@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import FeatureTable
 from dnnvss.models.base import Example, Prediction, VisualModel, pooled
@@ -45,7 +46,7 @@ class HiddenSemiMarkov(VisualModel):
         self.realignments = realignments
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
-        """Grow the trees on the training examples; ``val`` and ``folder`` are not needed.
+        """Grow the trees on the training examples and print them to ``folder/trees.txt``; ``val`` is not needed.
 
         Raises:
             DnnvssError: no frame of the training examples was measured.
@@ -61,6 +62,7 @@ class HiddenSemiMarkov(VisualModel):
                              t.variance * data.scale**2) for t in self.states_]
         few = [s for s, tree in enumerate(self.states_) if len(tree.leaf) == 1]
         self.notes_ = [f"state {s + 1}: too little data for a question, one Gaussian for all phones" for s in few]
+        files.write_text(folder / "trees.txt", self.describe_trees() + "\n")
 
     def predict(self, example: Example) -> Prediction:
         """Return the means and variances of the leaves, frame by frame."""
