@@ -1,4 +1,4 @@
-"""Dynamic visemes from phones on a talker whose gestures follow from the phones, and networks that are given several."""
+"""Dynamic visemes from phones on a talker whose gestures follow from the phones; networks that are given several."""
 
 from dataclasses import replace
 from functools import partial
