@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from torch import nn
 
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import FeatureTable
 from dnnvss.models import Codebook, Example, Prediction, VisualModel
+from dnnvss.models.base import pooled
 from dnnvss.models.codebook import Choice, streams
 from dnnvss.models.codebook_units import SAMPLES
 from dnnvss.phones import PHONES
@@ -22,12 +24,13 @@ from dnnvss.training.settings import FitSettings
 class GuidedCodebook(VisualModel):
     """One recorded example for each phone: near the network's trajectory, and fitting its neighbours.
 
-    The target cost of an example is the mean squared distance of the network's trajectory from it at five equidistant
-    points of the phone; the join cost of two examples is the squared distance between the end of the first and the
-    start of the second. Both are summed over parameters as they are, so that each counts by its significance. The
-    sequence of the least total cost is found by dynamic programming over the ``candidates`` nearest examples of each
-    phone. What is left of the jumps is laid on straight ramps over half of each piece, so nothing is averaged and the
-    movement stays as large as it was recorded.
+    A network moves less than the talker; its trajectory is first stretched about its mean to the deviation that the
+    validation frames have. The target cost of an example is the mean squared distance of that guide from it at five
+    equidistant points of the phone; the join cost of two examples is the squared distance between the end of the first
+    and the start of the second. Both are summed over parameters as they are, so that each counts by its significance.
+    The sequence of the least total cost is found by dynamic programming over the ``candidates`` nearest examples of
+    each phone. What is left of the jumps is laid on straight ramps over half of each piece, so nothing is averaged and
+    the movement stays as large as it was recorded.
 
     **Source**: Theobald and Wilkinson 2007, who suggest the choice; the costs are ours.
 
@@ -46,8 +49,8 @@ class GuidedCodebook(VisualModel):
     """
 
     def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
-                 settings: FitSettings, members: int = 1, candidates: int = 50, join: float = 1.0,
-                 cutoff: float | None = None) -> None:
+                 settings: FitSettings, members: int = 1, candidates: int = 150, join: float = 0.03,
+                 cutoff: float | None = 15) -> None:
         super().__init__(table, clock)
         if candidates < 1 or not join >= 0:
             raise DnnvssError(f"model.candidates={candidates}, model.join={join}",
@@ -60,6 +63,9 @@ class GuidedCodebook(VisualModel):
         """Fit the network and keep the training trajectories."""
         self.network.fit(train, val, folder / "network")
         self.book.fit(train, val, folder)
+        predicted = np.concatenate([self.network.predict(e).mean[e.valid, 0] for e in val]).astype(np.float64)
+        self.centre_ = predicted.mean(axis=0)
+        self.stretch_ = pooled(val)[:, 0].std(axis=0, dtype=np.float64) / np.maximum(predicted.std(axis=0), 1e-12)
         self._index()
 
     def predict(self, example: Example) -> Prediction:
@@ -72,7 +78,7 @@ class GuidedCodebook(VisualModel):
 
     def choices(self, example: Example) -> list[Choice]:
         """Return the selection report: the example that each phone with a frame is made of."""
-        guide = self.network.predict(example).mean[:, 0].astype(np.float64)
+        guide = (self.network.predict(example).mean[:, 0] - self.centre_) * self.stretch_ + self.centre_
         wanted = _sampled(guide, example)
         corpus = self.book.corpus_
         path = self._path([self._nearest(code, points) for code, points in wanted])
@@ -84,13 +90,15 @@ class GuidedCodebook(VisualModel):
         return {"selection": [c.described() for c in self.choices(example)]}
 
     def state(self) -> dict[str, Any]:
-        """Return the states of the network and of the codebook."""
-        return {"network": self.network.state(), "book": self.book.state()}
+        """Return the states of the network and of the codebook, and how the network's trajectory is stretched."""
+        return {"network": self.network.state(), "book": self.book.state(),
+                "centre": torch.from_numpy(self.centre_), "stretch": torch.from_numpy(self.stretch_)}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over the states of the network and of the codebook."""
         self.network.load_state(state["network"])
         self.book.load_state(state["book"])
+        self.centre_, self.stretch_ = state["centre"].numpy(), state["stretch"].numpy()
         self._index()
 
     def _index(self) -> None:

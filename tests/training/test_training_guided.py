@@ -27,6 +27,8 @@ def model(examples: dict[str, list[Example]], tmp_path_factory: pytest.TempPathF
 
 
 def told(model: GuidedCodebook, monkeypatch: pytest.MonkeyPatch, mean: np.ndarray) -> None:
+    monkeypatch.setattr(model, "stretch_", np.ones(1))
+    monkeypatch.setattr(model.book, "cutoff", None)
     monkeypatch.setattr(model.network, "predict", lambda example: Prediction(mean, np.ones(1)))
 
 
@@ -41,6 +43,13 @@ def test_a_guide_that_was_recorded_comes_back_as_itself(model: GuidedCodebook, e
                                                       "from": {example.id: 1.0}}
 
 
+def test_the_guide_moves_as_much_as_the_talker(model: GuidedCodebook, examples: dict[str, list[Example]]) -> None:
+    predicted = np.concatenate([model.network.predict(e).mean[e.valid, 0] for e in examples["val"]])
+    measured = np.concatenate([e.targets[e.valid, 0] for e in examples["val"]])
+    stretched = (predicted - model.centre_) * model.stretch_ + model.centre_
+    np.testing.assert_allclose(stretched.std(0), measured.std(0), rtol=1e-4)
+
+
 def test_joins_count_as_much_as_their_weight(model: GuidedCodebook, examples: dict[str, list[Example]]) -> None:
     samples = model._samples.copy()
     rows = [(np.array([0]), np.zeros(1)), (np.array([1, 2]), np.array([0.0, 1.0])), (np.array([3]), np.zeros(1))]
@@ -48,11 +57,12 @@ def test_joins_count_as_much_as_their_weight(model: GuidedCodebook, examples: di
         model._samples[:4] = 0
         model._samples[1] = 2.0  # near the guide, and 2 away from both neighbours in every parameter
         jumps = 2 * 4.0 * samples.shape[2]
+        model.join = 1.0
         assert model._path(rows) == [0, 2, 3] and jumps > 1
         model.join = 0.0
         assert model._path(rows) == [0, 1, 3]
     finally:
-        model._samples, model.join = samples, 1.0
+        model._samples, model.join = samples, 0.03
 
 
 def test_ramps_meet_in_the_middle_of_a_jump(model: GuidedCodebook) -> None:
