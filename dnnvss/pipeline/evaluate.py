@@ -31,7 +31,8 @@ Trajectories = dict[str, np.ndarray]
 
 def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
                  face: ActiveAppearanceModel, styles: Mapping[str, Style],
-                 notes: Sequence[str] = (), others: Mapping[str, list[Example]] | None = None) -> tuple[Report, dict[str, Any]]:
+                 notes: Sequence[str] = (),
+                 others: Mapping[str, list[Example]] | None = None) -> tuple[Report, dict[str, Any]]:
     """Return the table of the model and the null models on the test split, and all numbers as plain containers.
 
     Writes predictions, tables and figures into the run folder. The row ``model`` is plain MLPG; every other style has

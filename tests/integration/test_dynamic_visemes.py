@@ -51,7 +51,7 @@ def test_units_come_from_training_clips_and_test_clips_are_predicted_without_the
     run = Run.open(home / "run")
     assert run.units is not None and 2 <= len(run.units.visemes) <= 12
     kept = files.read_json(next((home / "demo" / "visemes").glob("*/tiers.json")))
-    assert {len(t["predicted"]) for t in kept.values()} == {1, 3}  # in training the best one, elsewhere two samples more
+    assert {len(t["predicted"]) for t in kept.values()} == {1, 3}  # the best; in tests two more
 
 
 def test_text_gets_predicted_units_and_an_alignment_overrides_them(home: Path) -> None:
