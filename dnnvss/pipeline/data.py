@@ -44,8 +44,8 @@ class Task:
         if visemes:
             first, *others = (replace(utterance, alignment=utterance.alignment.with_tier(tier)) for tier in visemes)
             example = self.example(first, parameters, valid)
-            codes = tuple(encode(u.alignment, u.text, self.table, self.clock) for u in others)
-            return replace(example, alternatives=codes)
+            alternatives = tuple(encode(u.alignment, u.text, self.table, self.clock) for u in others)
+            return replace(example, alternatives=alternatives)
         codes = encode(utterance.alignment, utterance.text, self.table, self.clock)
         if parameters is None or valid is None:
             return Example(utterance.id, utterance.alignment, codes)

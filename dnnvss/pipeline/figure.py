@@ -8,6 +8,7 @@ import argparse
 import sys
 from pathlib import Path
 
+import numpy as np
 from omegaconf import OmegaConf
 
 from dnnvss import files
@@ -31,7 +32,7 @@ def draw(folders: list[Path], out: Path, coefficient: int = 5, utterance: str | 
     """
     runs = [read_run(folder) for folder in folders]
     chosen = utterance or next(iter(runs[0].arrays["reference"]))
-    series = {}
+    series: dict[str, np.ndarray] = {}
     for run in runs:
         if chosen not in run.arrays["predicted"]:
             raise DnnvssError("is no test sentence of the run", file=run.folder, utterance=chosen,

@@ -236,8 +236,8 @@ def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClo
 def _fit_predictor(train: Sequence[str], val: Sequence[str], codes: Mapping[str, FrameCodes],
                    oracle: Mapping[str, Tier], units: int, clock: FrameClock,
                    settings: PredictorSettings) -> VisemePredictor:
-    pairs = [[(codes[i], unit_targets(oracle[i], clock)) for i in ids] for ids in (train, val)]
-    network = UnitNetwork.fit(*pairs, units, settings.hidden, settings.dropout, settings.fit)
+    seen, held = ([(codes[i], unit_targets(oracle[i], clock)) for i in ids] for ids in (train, val))
+    network = UnitNetwork.fit(seen, held, units, settings.hidden, settings.dropout, settings.fit)
     grammar = Grammar.of([unit_sequence(oracle[i], clock) for i in train], units)
     return VisemePredictor(network, grammar, settings.decoding, clock)
 

@@ -147,7 +147,9 @@ class NetworkModel(VisualModel):
         targets = np.concatenate([(e.targets - self.mean_) / self.deviation_ for e in examples])
         valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
         s = self.settings
-        drawn = (s.batch_size, s.share, seed) if seed is not None else (_CHUNK, 1.0, None)
+        drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
+        if seed is not None:
+            drawn = (s.batch_size, s.share, seed)
         others = min(len(e.alternatives) for e in examples) if seed is not None else 0
         return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(targets), -1).astype(np.float32),
                             np.flatnonzero(valid), *drawn, alternatives=[_store(examples, k) for k in range(others)])
