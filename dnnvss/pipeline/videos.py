@@ -1,6 +1,6 @@
 """Side-by-side videos of test sentences: the recording, the face from plain MLPG, and the face in the run's style."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
@@ -42,16 +42,41 @@ def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
     return written
 
 
+def write_systems(runs: Sequence[Run], corpus: Corpus, sentence: str, out: Path) -> Path:
+    """Write one sentence as recorded and by the system of each run, three faces a row, and return the path."""
+    utterance = corpus.utterances[sentence]
+    faces, captions, size = [], ["recorded"], (0, 0)
+    for run in runs:
+        renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
+        trajectory = run.generator(run.example(utterance), PLAIN)
+        faces.append(renderer.frames(resample(trajectory, run.task.clock, utterance.clock)))
+        captions.append(f"{run.config.model.name}, {run.config.labels.name}")
+        size = renderer.size
+    sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
+    frames = _beside(_recorded(corpus, utterance, size), *faces, captions=captions, columns=3)
+    return write_video(out, frames, utterance.clock.rate, sound, _SOUND_RATE)
+
+
 def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:
     for image in read_video(corpus.path(utterance, "video")):
         same = image.shape[1::-1] == size
         yield image if same else cv2.resize(image, size, interpolation=cv2.INTER_AREA)
 
 
-def _beside(*faces: Iterator[np.ndarray], captions: list[str]) -> Iterator[np.ndarray]:
-    """Yield the pictures of several faces next to each other, a line of text over each, as long as all last."""
+def _beside(*faces: Iterator[np.ndarray], captions: list[str], columns: int = 0) -> Iterator[np.ndarray]:
+    """Yield the pictures of several faces next to each other, a line of text over each, as long as all last.
+
+    Args:
+        faces: the pictures of each, of one size.
+        captions: a line for each.
+        columns: faces a row; 0 puts all in one.
+    """
+    columns = columns or len(faces)
     for pictures in zip(*faces, strict=False):
-        yield np.concatenate([_captioned(p, text) for p, text in zip(pictures, captions, strict=True)], axis=1)
+        tiles = [_captioned(p, text) for p, text in zip(pictures, captions, strict=True)]
+        tiles += [np.full_like(tiles[0], 255)] * (-len(tiles) % columns)
+        rows = [np.concatenate(tiles[k : k + columns], axis=1) for k in range(0, len(tiles), columns)]
+        yield np.concatenate(rows)
 
 
 def _captioned(picture: np.ndarray, text: str) -> np.ndarray:

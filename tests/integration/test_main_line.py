@@ -5,12 +5,13 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import ROOT
 from hydra import compose, initialize_config_dir
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
@@ -20,6 +21,7 @@ from dnnvss.evaluation.__main__ import main as evaluate_runs
 from dnnvss.formats import read_alignment
 from dnnvss.pipeline.cli import grouped
 from dnnvss.pipeline.folder import Run
+from dnnvss.pipeline.sweep import CompareRuns, run_folder
 from dnnvss.pipeline.synthesise import replace_unseen, synthesise
 from dnnvss.pipeline.train import train
 from dnnvss.pipeline.videos import write_side_by_side
@@ -250,3 +252,25 @@ def test_an_experiment_may_be_written_with_a_plus() -> None:
     command = [sys.executable, ROOT / "train.py", "+experiment=paper", "--cfg", "job"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0 and "3000" in done.stdout
+
+
+def test_a_sweep_ends_with_one_table_and_one_video(home: Path) -> None:
+    sweep = CompareRuns("both")
+    for name in ("ph", "ph_a"):
+        job = configure("train", f"run={home}/runs/{name}", f"runs={home}/runs", f"labels={name}",
+                        f"corpus.out={home}/demo")
+        sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="COMPLETED")))
+    sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="FAILED")))
+    sweep.on_multirun_end(job)
+    out = home / "runs" / "both-demo"
+    assert "ph_a" in (out / "evaluation.md").read_text()
+    width, height = video_info(out / "side_by_side.mp4").size
+    single = Corpus.open(home / "demo").info.size[0]
+    assert width == 3 * single and height > single
+
+
+def test_a_run_is_found_by_what_its_job_was_given(home: Path) -> None:
+    job = configure("train", f"runs={home}/runs", f"corpus.out={home}/demo")
+    with_hydra = OmegaConf.create({**job, "hydra": {"sweep": {"dir": "elsewhere"}}})
+    other = configure("train", f"runs={home}/runs", f"corpus.out={home}/demo", "seed=1")
+    assert run_folder(with_hydra) == run_folder(job) != run_folder(other)

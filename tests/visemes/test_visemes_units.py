@@ -11,7 +11,7 @@ from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, perform_take, script
 from dnnvss.corpus.talker.geometry import landmark_track
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import FeatureTable, Settings, encode, expand
-from dnnvss.pipeline.visemes import main, report
+from dnnvss.pipeline.visemes import main, report, viseme_settings
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.trajectory import resample
 from dnnvss.visemes import (
@@ -177,7 +177,7 @@ def test_measurements_are_a_table(talker: Talker, capsys: pytest.CaptureFixture[
 
 def test_configuration() -> None:
     config = OmegaConf.load(Path(__file__).parents[2] / "conf" / "visemes" / "default.yaml")
-    assert VisemeSettings.from_config(config) == VisemeSettings()
+    assert viseme_settings(config) == VisemeSettings()
     with pytest.raises(DnnvssError, match="does not know 'unit'"):
         VisemeSettings.from_config({"unit": 3})
     with pytest.raises(DnnvssError, match=r"does not know 'gestures.shortes'"):
