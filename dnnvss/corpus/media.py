@@ -1,5 +1,6 @@
 """Reading and writing video and sound through PyAV and scipy."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -61,6 +62,34 @@ def read_video(path: str | Path) -> np.ndarray:
         return np.stack(frames)
 
     return files.read(path, decode, _REMEDY)
+
+
+def video_frames(path: str | Path, size: tuple[int, int] | None = None, grey: bool = False) -> Iterator[np.ndarray]:
+    """Yield the frames of a video one after the other, uint8 RGB (H, W_, 3) or, where ``grey``, luminance (H, W_).
+
+    Args:
+        path: the file; long videos are never held as a whole.
+        size: width and height to which frames are scaled; as they are where None.
+        grey: yield luminance.
+
+    Raises:
+        DnnvssError: the file is missing, unreadable, breaks off or holds no frame.
+    """
+    container = files.read(path, lambda p: av.open(str(p)), _REMEDY)
+    width, height = size or (None, None)
+    with container:
+        if not container.streams.video:
+            raise DnnvssError("has no video stream", file=path, remedy=_REMEDY)
+        container.streams.video[0].thread_type = "AUTO"
+        count = 0
+        try:
+            for frame in container.decode(video=0):
+                count += 1
+                yield frame.to_ndarray(format="gray" if grey else "rgb24", width=width, height=height)
+        except av.FFmpegError as error:
+            raise DnnvssError(f"breaks off after {count} frames ({error})", file=path, remedy=_REMEDY) from error
+        if not count:
+            raise DnnvssError("holds no frame", file=path, remedy=_REMEDY)
 
 
 def read_audio(path: str | Path, rate: int = 16000) -> np.ndarray:
