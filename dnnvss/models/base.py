@@ -69,6 +69,11 @@ class VisualModel(ABC):
         del example
         return {}
 
+    def phone_durations(self, example: Example) -> np.ndarray | None:
+        """Return the expected frames (S,) of each segment of the tier ``phones``; None if the model learnt none."""
+        del example
+        return None
+
     @abstractmethod
     def state(self) -> dict[str, Any]:
         """Return what was learnt as tensors and plain containers."""

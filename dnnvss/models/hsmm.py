@@ -83,7 +83,7 @@ class HiddenSemiMarkov(VisualModel):
         return _by_length(frames, lambda rows, n: best_durations(n, mean[rows], variance[rows]))
 
     def phone_durations(self, example: Example) -> np.ndarray:
-        """Return the expected frames (S,) of each phone, for text whose times are not given."""
+        """Return the expected frames (S,) of each phone: the sum of its states' means."""
         return self._duration_gaussians(context_answers(example.codes.arrays))[0].sum(1)
 
     def describe_trees(self) -> str:

@@ -22,6 +22,7 @@ from dnnvss.trajectory import read_keys, resample, sample_keys, write_keys
 from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
+    from dnnvss.speech.durations import Expected
     from dnnvss.text.sentence import Sentence
 
 _ALIGNER_RATE, _SOUND_RATE = 16000, 48000
@@ -136,9 +137,27 @@ def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
     sentence = _parsed(config, voice)
     durations = DurationModel.load(run.folder / "durations.npz")
     alignment = durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in / 1000,
-                                  lead_out=config.lead_out / 1000)
+                                  lead_out=config.lead_out / 1000, expected=_expected(config, run))
     plan = Plan(sentence.text, alignment, notes={"pronunciation": sentence.report()})
     return _spoken(config, voice, plan, sentence)
+
+
+def _expected(config: DictConfig, run: Run) -> "Expected | None":
+    """Return what tells how long phones last where that is the run's own model, None for the corpus's durations."""
+    if config.durations == "corpus":
+        return None
+    if config.durations != "model":
+        raise DnnvssError(f"unknown durations={config.durations!r}", remedy="Use durations=corpus or durations=model")
+
+    def seconds(alignment: Alignment, text: str) -> np.ndarray:
+        frames = run.model.phone_durations(run.example(Utterance("synthesis", text, alignment)))
+        if frames is None:
+            raise DnnvssError(f"{run.config.model.name} has learnt no durations", file=run.folder,
+                              remedy="Use durations=corpus, or a run of model=hsmm")
+        spoken = [label not in SILENCES for label in alignment["phones"].labels]
+        return frames[spoken] / float(run.task.clock.rate)
+
+    return seconds
 
 
 def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Sentence | None") -> Plan:

@@ -1,7 +1,7 @@
 """How long phones last: a regression learnt from a corpus, and time lines for new sentences."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -16,6 +16,8 @@ from dnnvss.text.sentence import Sentence, Word, spoken_words
 from dnnvss.text.tree import LinguisticTree, linguistic_tree
 from dnnvss.timing import Alignment, Tier
 
+Expected = Callable[[Alignment, str], np.ndarray]
+"""What tells the expected seconds (n,) of each spoken phone of an alignment and its text, whatever its times are."""
 SHORTEST = 0.01
 """Seconds below which a duration of the corpus is not believed, and below which none is predicted."""
 
@@ -90,7 +92,7 @@ class DurationModel:
         return np.exp(mean + deviation**2 / 2)
 
     def predict(self, sentence: Sentence, rate: float = 1.0, total: float | None = None, lead_in: float = 0.2,
-                lead_out: float = 0.3) -> Alignment:
+                lead_out: float = 0.3, expected: Expected | None = None) -> Alignment:
         """Return a time line for a sentence, with the tiers ``phones`` and ``words``.
 
         To speak faster or slower, and to meet a total length, each phone is moved by the same number of its own
@@ -100,6 +102,7 @@ class DurationModel:
             rate: speaking rate, 1 as in the corpus, 2 twice as fast.
             total: length in seconds to meet exactly, silences at both ends included; then ``rate`` is not used.
             lead_in, lead_out: seconds of silence before and after; 0 for none.
+            expected: another source of the expected seconds (n,) of each spoken phone; this model's own if left out.
 
         Raises:
             DnnvssError: a rate outside 0.25 to 4, negative silences, or a total that is too short for the phones.
@@ -109,7 +112,8 @@ class DurationModel:
                               remedy="Give rate=0.25 to 4 and silences of 0 s or more")
         plan = _planned(sentence, self.pauses)
         mean, deviation = self.log_durations(plan, sentence.text)
-        mean = mean + deviation**2 / 2 + _EMPHASIS * deviation * _emphasised(sentence)
+        mean = mean + deviation**2 / 2 if expected is None else np.log(expected(plan, sentence.text))
+        mean = mean + _EMPHASIS * deviation * _emphasised(sentence)
         pauses = np.array([s.duration for s in plan["phones"] if s.label in SILENCES])
         fixed = _asked(sentence, plan)
         wanted = (np.exp(mean).sum() + pauses[~fixed].sum()) / rate

@@ -210,6 +210,13 @@ def test_bad_input_is_named_and_nothing_is_left(home: Path, tmp_path: Path, wron
     assert not list(tmp_path.iterdir())
 
 
+def test_durations_of_a_model_that_learnt_none_are_refused(home: Path, tmp_path: Path) -> None:
+    for source, message in (("model", "feedforward has learnt no durations"), ("mine", "unknown durations='mine'")):
+        with pytest.raises(DnnvssError, match=message):
+            speak(home, str(tmp_path / "x.mp4"), "text=hello", f"durations={source}")
+    assert not list(tmp_path.iterdir())
+
+
 def test_run_of_another_feature_table_is_refused(home: Path, tmp_path: Path) -> None:
     for name in ("model.pt", "config.yaml"):
         source = "ph" if name == "model.pt" else "ph_a"

@@ -7,7 +7,7 @@ import pytest
 
 from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.phones import VOWELS
+from dnnvss.phones import SILENCES, VOWELS
 from dnnvss.speech.durations import DurationModel, spoken_contexts
 from dnnvss.speech.durations_scores import score_durations
 from dnnvss.text.sentence import parse
@@ -122,3 +122,15 @@ def test_bad_requests_are_named(model: DurationModel, corpus: list[Utterance]) -
         model.predict(parse("set blue now"), rate=9)
     with pytest.raises(DnnvssError, match="learnt from 1 utterance"):
         DurationModel.fit(corpus[:1])
+
+
+def test_another_source_of_durations_is_followed_and_the_rate_still_counts(model: DurationModel) -> None:
+    def even(alignment: Alignment, text: str) -> np.ndarray:
+        assert text == "set blue now"
+        return np.full(sum(s.label not in SILENCES for s in alignment["phones"]), 0.12)
+
+    sentence = parse("set blue now")
+    normal, fast = (model.predict(sentence, rate=r, lead_in=0, lead_out=0, expected=even) for r in (1.0, 2.0))
+    lengths = [s.duration for s in normal["phones"] if s.label not in SILENCES]
+    np.testing.assert_allclose(lengths, 0.12)
+    np.testing.assert_allclose(fast.end, normal.end / 2)
