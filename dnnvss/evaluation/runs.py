@@ -58,7 +58,8 @@ class RunData:
         arrays: ``predicted``, ``reference`` (T, D), ``speech``, ``valid`` (T,), each by sentence id.
         clock: of the trajectories.
         corpus: folder of the prepared corpus.
-        styled: style to trajectories by sentence id, where the run was evaluated in styles beside plain MLPG.
+        styled: style, or another source of dynamic visemes, to trajectories by sentence id, where the run was evaluated
+            with more than what its headline says.
     """
 
     folder: Path

@@ -19,6 +19,7 @@ from dnnvss.evaluation.statistics import pooled
 from dnnvss.models import Example, PhoneMean, TrainingMean
 from dnnvss.pipeline.data import Task, speech_frames, word_frames
 from dnnvss.pipeline.style import PLAIN, Generator
+from dnnvss.pipeline.units import SOURCES
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.trajectory import Style
 
@@ -46,12 +47,12 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
         face: the run's appearance model.
         styles: by name, beside plain MLPG.
         notes: what else the reader of the page has to know; the first goes into its title.
-        others: name of a row to the test examples with other inputs, such as oracle ones; plain MLPG.
+        others: another source of dynamic visemes (:data:`SOURCES`) to the test examples that have them; plain MLPG.
     """
     task, test = generator.task, examples["test"]
     predicted = {"model": _generated(generator, test, PLAIN),
                  **{_row(name): _generated(generator, test, style) for name, style in styles.items()}}
-    predicted |= {name: _generated(generator, shown, PLAIN) for name, shown in (others or {}).items()}
+    predicted |= {_row(SOURCES[source]): _generated(generator, own, PLAIN) for source, own in (others or {}).items()}
     for name, null in (("training mean", TrainingMean), ("phone mean", PhoneMean)):
         system = null(task.table, task.clock)
         system.fit(examples["train"], examples["val"], folder)
@@ -60,7 +61,8 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     masks = {"speech": {e.id: speech_frames(e.alignment, task.clock) for e in test},
              "valid": {e.id: e.valid for e in test if e.valid is not None}}
     outputs = {"predicted": predicted["model"], "reference": references, **masks,
-               **{f"predicted_{name}": predicted[_row(name)] for name in styles}}
+               **{f"predicted_{name}": predicted[_row(name)] for name in styles},
+               **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others or {}}}
     for name, arrays in outputs.items():
         files.write_arrays(folder / "predictions" / f"{name}.npz", **arrays)
     report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"])

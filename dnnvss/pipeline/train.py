@@ -63,8 +63,8 @@ def train(config: DictConfig) -> float:
     save_voice(folder, corpus, encoded, config)
     others = {}
     if plan and units:
-        name, tiers = units.other_source(plan)
-        others = {f"model, {name}": make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers)}
+        source, tiers = units.other_source(plan)
+        others = {source: make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers)}
     talker = learn_talker(task, model, examples, encoded.model)
     talker.save(folder / "talker.npz")
     style = make_style(config.style, encoded.model.names)

@@ -179,9 +179,9 @@ class CorpusUnits:
         return {i: self._tiers(i, plan.training if i in learning else plan.source) for i in self.oracle}
 
     def other_source(self, plan: UnitPlan) -> tuple[str, dict[str, list[Tier]]]:
-        """Return the name of the source that the plan does not use, in words, and the tiers that it gives."""
+        """Return the source that the plan does not use, one of :data:`SOURCES`, and the tiers that it gives."""
         other = "oracle" if plan.source == "predicted" else "predicted"
-        return SOURCES[other], {i: self._tiers(i, other) for i in self.oracle}
+        return other, {i: self._tiers(i, other) for i in self.oracle}
 
     def _tiers(self, utterance: str, source: str) -> list[Tier]:
         oracle, predicted = [self.oracle[utterance]], self.predicted[utterance]

@@ -11,6 +11,7 @@ from omegaconf import DictConfig
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
+from dnnvss.evaluation.runs import read_run
 from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.pipeline.folder import Run
 from dnnvss.pipeline.picture_book import draw_units
@@ -43,6 +44,7 @@ def test_page_of_results_tells_the_sources_apart(home: Path) -> None:
     systems = files.read_json(home / "run" / "metrics.json")["systems"]
     oracle = "model, dynamic visemes cut from the test video (oracle)"
     assert {"model", oracle} <= set(systems) and systems["model"] != systems[oracle]
+    assert set(read_run(home / "run").styled) == {"articulated", "oracle"}
     units = files.read_json(home / "run" / "units.json")
     assert units["source"] == "predicted" and 0 < units["predicted"]["frames"] < 1
 
