@@ -6,11 +6,30 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from dnnvss.aam.mesh import signed_area
-
 _SHIFT = 4
+_TABLE = 256
+"""Entries of a table of ``cv2.LUT``."""
 _FLAT = 1e-3
 """Area in square pixels under which a triangle is not drawn: the closed mouth's inside."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Where the triangles of some pictures lie: what is cheaper to find for many at once.
+
+    Args:
+        points: points (B, V, 2) of the mesh in each result.
+        inverse: matrices (B, K, 3, 3) from (x, y, 1) to barycentric coordinates.
+        upright: (B, K) bool, the triangles that are drawn.
+        affine: maps (B, 6, K + 1 or more) float32 from result to source, row-major, the background's last.
+        fine_boxes: left, top, right, bottom in pixels of what the fine triangles cover, of each picture.
+    """
+
+    points: np.ndarray
+    inverse: np.ndarray
+    upright: np.ndarray
+    affine: np.ndarray
+    fine_boxes: list[list[int]]
 
 
 @dataclass(frozen=True)
@@ -18,7 +37,7 @@ class Painter:
     """A mesh that is drawn at ever new places from one fixed source picture.
 
     Args:
-        triangles: corners (K, 3), fewer than 255.
+        triangles: corners (K, 3).
         source: corners (K, 3, 2) of each triangle in the source picture, or points (V, 2) of the mesh there.
         fine: triangles (indices) that may be thinner than a pixel; their pixels are found exactly, and win.
         size: height and width of the result.
@@ -42,8 +61,29 @@ class Painter:
         return np.arange(width, dtype=np.float32)[None] + 0.5, np.arange(height, dtype=np.float32)[:, None] + 0.5
 
     @cached_property
-    def _coarse(self) -> np.ndarray:
-        return np.setdiff1d(np.arange(len(self.triangles)), self.fine)
+    def _coarse(self) -> list[int]:
+        return np.setdiff1d(np.arange(len(self.triangles)), self.fine).tolist()
+
+    @cached_property
+    def _polygons(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Corners (K, 3, 2) in 1/16 pixel, written anew for each picture, and a view of each triangle's."""
+        fixed = np.zeros((len(self.triangles), 3, 2), dtype=np.int32)
+        return fixed, list(fixed)
+
+    @property
+    def _owner_type(self) -> type:
+        """The smallest kind of number that counts all triangles and the background: ``cv2.LUT`` reads bytes."""
+        return np.uint8 if len(self.triangles) < _TABLE else np.uint16
+
+    def plan(self, points: np.ndarray) -> Plan:
+        """Return the plan of pictures with the mesh at ``points`` (B, V, 2)."""
+        inverse, upright = _inverses(points, self.triangles)
+        count = len(self.triangles)
+        affine = np.zeros((len(points), 6, max(count + 1, _TABLE)), dtype=np.float32)
+        affine[:, :, :count] = np.moveaxis((self._corners @ inverse).reshape(len(points), count, 6), 1, 2)
+        affine[:, :, count] = self.background.ravel()
+        affine[:, 2::3] -= np.float32(0.5)  # remap counts from the centre of the first pixel
+        return Plan(points, inverse, upright, affine, self._fine_boxes(points))
 
     def maps(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where each pixel of the result is read: x and y (H, W_) float32, counted between pixel centres.
@@ -51,55 +91,83 @@ class Painter:
         Args:
             points: points (V, 2) of the mesh in the result.
         """
-        inverse, upright = _inverses(points, self.triangles)
-        affine = np.concatenate([self._corners @ inverse, self.background[None]]).astype(np.float32)
-        owner = self._owners(points, inverse, upright)
-        a = np.take(affine.reshape(-1, 6), owner, axis=0)
-        x, y = self._grid
-        return (a[..., 0] * x + a[..., 1] * y + (a[..., 2] - np.float32(0.5)),
-                a[..., 3] * x + a[..., 4] * y + (a[..., 5] - np.float32(0.5)))
+        return self._maps(self.plan(points[None]), 0)
 
     def paint(self, picture: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return the result (H, W_, 3) with the mesh at ``points`` (V, 2), read from the source picture bicubically."""
-        x, y = self.maps(points)
+        return self.paint_planned(picture, self.plan(points[None]), 0)
+
+    def paint_planned(self, picture: np.ndarray, plan: Plan, index: int) -> np.ndarray:
+        """Return the result (H, W_, 3) number ``index`` of a plan, read from the source picture bicubically."""
+        x, y = self._maps(plan, index)
         return cv2.remap(picture, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
 
-    def _owners(self, points: np.ndarray, inverse: np.ndarray, upright: np.ndarray) -> np.ndarray:
-        """Return the triangle (H, W_) uint8 that owns each pixel; the number K stands for the background."""
-        owner = np.full(self.size, len(self.triangles), dtype=np.uint8)
-        fixed = np.rint((points[self.triangles] - 0.5) * (1 << _SHIFT)).astype(np.int32)
-        for k in self._coarse[upright[self._coarse]].tolist():
-            cv2.fillConvexPoly(owner, fixed[k], k, cv2.LINE_8, _SHIFT)
-        fine = self.fine[upright[self.fine]]
-        if len(fine):
-            self._own_exactly(owner, points, inverse, fine)
+    def _maps(self, plan: Plan, index: int) -> tuple[np.ndarray, np.ndarray]:
+        owner = self._owners(plan, index)
+        look_up = cv2.LUT if owner.dtype == np.uint8 else _taken
+        xx, xy, x0, yx, yy, y0 = (look_up(owner, row) for row in plan.affine[index])
+        x, y = self._grid
+        for values, factor in ((xx, x), (xy, y), (yx, x), (yy, y)):
+            values *= factor
+        xx += xy
+        xx += x0
+        yx += yy
+        yx += y0
+        return xx, yx
+
+    def _owners(self, plan: Plan, index: int) -> np.ndarray:
+        """Return the triangle (H, W_) that owns each pixel; the number K stands for the background."""
+        owner = np.full(self.size, len(self.triangles), dtype=self._owner_type)
+        fixed, polygons = self._polygons
+        points, upright = plan.points[index], plan.upright[index]
+        np.rint((points[self.triangles] - 0.5) * (1 << _SHIFT), out=fixed, casting="unsafe")
+        drawn = upright.tolist()
+        for k in self._coarse:
+            if drawn[k]:
+                cv2.fillConvexPoly(owner, polygons[k], k, cv2.LINE_8, _SHIFT)
+        self._own_exactly(owner, plan, index)
         return owner
 
-    def _own_exactly(self, owner: np.ndarray, points: np.ndarray, inverse: np.ndarray, fine: np.ndarray) -> None:
+    def _own_exactly(self, owner: np.ndarray, plan: Plan, index: int) -> None:
         """Give the pixels whose centres lie in one of the fine triangles to it."""
-        corners = points[self.triangles[fine]].reshape(-1, 2)
-        left, top = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
-        right, bottom = np.minimum(np.ceil(corners.max(axis=0)).astype(int), self.size[::-1])
-        if right <= left or bottom <= top:
+        left, top, right, bottom = plan.fine_boxes[index]
+        drawn = plan.upright[index, self.fine]
+        if right <= left or bottom <= top or not drawn.any():
             return
+        fine = self.fine[drawn]
         x, y = self._grid
-        b = inverse[fine][..., None, None]  # (n, 3, 3, 1, 1)
-        inside = (b[:, :, 0] * x[:, left:right] + b[:, :, 1] * y[top:bottom] + b[:, :, 2]).min(axis=1) >= 0
+        b = plan.inverse[index, fine][..., None, None]  # (n, 3, 3, 1, 1)
+        inside = (b[:, :, 0] * x[:, left:right] + b[:, :, 2]) + b[:, :, 1] * y[top:bottom] >= 0
         part = owner[top:bottom, left:right]
-        part[...] = np.where(inside.any(axis=0), fine[inside.argmax(axis=0)], part)
+        for k, own in zip(fine[::-1].tolist(), inside.all(axis=1)[::-1], strict=True):
+            part[own] = k
+
+    def _fine_boxes(self, points: np.ndarray) -> list[list[int]]:
+        """Return left, top, right, bottom (B, 4) of the pixels that the fine triangles may own."""
+        if not len(self.fine):
+            return [[0, 0, 0, 0]] * len(points)
+        corners = points[:, np.unique(self.triangles[self.fine])]
+        low = np.maximum(np.floor(corners.min(axis=1)), 0)
+        high = np.minimum(np.ceil(corners.max(axis=1)), self.size[::-1])
+        return np.concatenate([low, high], axis=1).astype(int).tolist()
+
+
+def _taken(owner: np.ndarray, row: np.ndarray) -> np.ndarray:
+    return np.take(row, owner)
 
 
 def _inverses(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return matrices (K, 3, 3) from (x, y, 1) to barycentric coordinates, and which triangles stand upright (K,).
+    """Return matrices (..., K, 3, 3) from (x, y, 1) to barycentric coordinates, and which triangles stand upright.
 
-    Flat and turned-over triangles are not upright; their matrices mean nothing.
+    Flat and turned-over triangles are not upright (..., K); their matrices mean nothing.
     """
-    area = signed_area(points, triangles)
+    corners = points[..., triangles, :]
+    (x0, y0), (x1, y1), (x2, y2) = (np.moveaxis(corners[..., i, :], -1, 0) for i in range(3))
+    area = 0.5 * ((x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0))
     upright = area > _FLAT
-    (x0, y0), (x1, y1), (x2, y2) = (points[triangles[:, i]].T for i in range(3))
     rows = np.stack([
         np.stack([y1 - y2, x2 - x1, x1 * y2 - x2 * y1], axis=-1),
         np.stack([y2 - y0, x0 - x2, x2 * y0 - x0 * y2], axis=-1),
         np.stack([y0 - y1, x1 - x0, x0 * y1 - x1 * y0], axis=-1),
-    ], axis=1)
-    return rows / np.where(upright, 2 * area, 1.0)[:, None, None], upright
+    ], axis=-2)
+    return rows / np.where(upright, 2 * area, 1.0)[..., None, None], upright

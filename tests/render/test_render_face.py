@@ -11,7 +11,7 @@ from dnnvss.aam import clips as clips_module
 from dnnvss.errors import DnnvssError
 from dnnvss.render import Neutral, Renderer, choose_neutral, plots
 from dnnvss.render import neutral as neutral_module
-from dnnvss.render.painter import Painter, _inverses
+from dnnvss.render.painter import Painter
 
 
 @pytest.fixture(scope="module")
@@ -50,11 +50,32 @@ def test_maps_are_the_affine_map_inside_and_the_background_outside() -> None:
     assert (x[28, 1] + 0.5, y[28, 1] + 0.5) == pytest.approx((6.5, 35.5))
 
 
+def test_a_mesh_of_many_triangles_is_drawn_as_one_of_few_is() -> None:
+    """Above 255 triangles the owners no longer fit a byte."""
+    image = np.random.default_rng(1).integers(0, 256, (40, 40, 3), dtype=np.uint8)
+    grid = np.stack(np.meshgrid(np.linspace(2, 38, 15), np.linspace(2, 38, 15)), axis=-1).reshape(-1, 2)
+    corners = np.array([[2.0, 2], [38, 2], [38, 38], [2, 38]])
+    turn = np.array([[0.9, 0.1], [-0.1, 0.9]])
+    many, few = (Painter(triangulate(p), p, EMPTY, (40, 40), np.eye(2, 3)) for p in (grid, corners))
+    assert len(many.triangles) > 255 > len(few.triangles)
+    drawn = many.paint(image, grid @ turn).astype(int) - few.paint(image, corners @ turn)
+    assert np.abs(drawn[8:30, 10:30]).max() <= 1
+
+
+def test_pictures_drawn_together_are_those_drawn_alone() -> None:
+    image = np.random.default_rng(2).integers(0, 256, (20, 24, 3), dtype=np.uint8)
+    painter = Painter(triangulate(SQUARE), SQUARE, np.array([0]), (20, 24), np.eye(2, 3))
+    several = np.stack([SQUARE, SQUARE * 0.8 + 1, SQUARE[::-1]])
+    plan = painter.plan(several)
+    for index, points in enumerate(several):
+        assert (painter.paint_planned(image, plan, index) == painter.paint(image, points)).all()
+
+
 def test_fine_triangles_own_exactly_the_pixels_whose_centres_they_hold() -> None:
     points = np.array([[1.0, 4.0], [19.0, 4.2], [10.0, 5.1], [10.0, 1.0]])
     triangles = np.array([[0, 1, 2], [0, 3, 1]])
     painter = Painter(triangles, points, np.array([0]), (8, 20), np.eye(2, 3))
-    owner = painter._owners(points, *_inverses(points, triangles))
+    owner = painter._owners(painter.plan(points[None]), 0)
     y, x = np.mgrid[:8, :20] + 0.5
     below = (y >= 4 + 0.2 * (x - 1) / 18) & (y <= 4 + 1.1 * (x - 1) / 9) & (y <= 4.2 + 0.9 * (19 - x) / 9)
     assert ((owner == 0) == below).all()

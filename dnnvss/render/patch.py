@@ -1,0 +1,134 @@
+"""Where the moving patch lies: the model's mesh with a ring round it, its canvas, and how it fades into a picture."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from dnnvss.aam import ActiveAppearanceModel
+from dnnvss.aam.mesh import rim, signed_area
+from dnnvss.aam.model import lip_pairs
+from dnnvss.aam.pose import to_reference
+from dnnvss.render.painter import Painter
+
+MARGIN = 4
+"""Pixels round the texture's picture that carry the picture below, for the interpolation at the rim."""
+_LIP_MARGIN = 3.0
+"""Reference pixels round the lips that take no detail from the picture below, and over which it then fades in."""
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A model's texture as it is laid over pictures.
+
+    Each point of the mesh's rim has a ring point further out from the mesh's middle. Ring points never move; between
+    rim and ring the picture below follows the rim, so that the skin under the jaw stretches and never tears.
+
+    Args:
+        model: the fitted model.
+        feather: width in reference pixels over which the texture fades in from the mesh's rim.
+        ring: width of the moving ring over the mesh's radius.
+    """
+
+    model: ActiveAppearanceModel
+    feather: float = 6.0
+    ring: float = 0.45
+
+    @cached_property
+    def edge(self) -> np.ndarray:
+        """The points (R,) on the mesh's rim, in order."""
+        return rim(self.model.warp.triangles)
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        """The model's triangles followed by those of the ring, over P + R points."""
+        shape, edge = self.model.warp.shape, self.edge
+        own = len(shape) + np.arange(len(edge))
+        after, own_after = np.roll(edge, -1), np.roll(own, -1)
+        strip = np.concatenate([np.column_stack([edge, own, after]), np.column_stack([after, own, own_after])])
+        turned = signed_area(np.vstack([shape, self.around(shape)]), strip) < 0
+        strip[turned] = strip[turned][:, ::-1]
+        return np.concatenate([self.model.warp.triangles, strip])
+
+    @property
+    def own(self) -> int:
+        """The number of the model's own triangles."""
+        return len(self.model.warp.triangles)
+
+    @cached_property
+    def inner(self) -> np.ndarray:
+        """The triangles between the lips, which may be thinner than a pixel."""
+        return np.flatnonzero(np.isin(self.model.warp.triangles, self.model.layout.inner).all(axis=1))
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """Height and width of the canvas: the texture's picture and a margin."""
+        height, width = self.model.warp.size
+        return height + 2 * MARGIN, width + 2 * MARGIN
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """The model's points (P, 2) on the canvas."""
+        warp = self.model.warp
+        return (warp.shape - warp.origin) * warp.scale + MARGIN
+
+    def around(self, points: np.ndarray) -> np.ndarray:
+        """Return the ring's points (..., R, 2) for the model's points (..., P, 2)."""
+        edge = points[..., self.edge, :]
+        middle = edge.mean(axis=-2, keepdims=True)
+        return middle + (edge - middle) * (1 + self.ring)
+
+    def canvas(self, image: np.ndarray, points: np.ndarray, ring: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """Return a picture (H, W_, 3) drawn on the canvas, by its points (P, 2), ring (R, 2) and head pose (4,)."""
+        warp = self.model.warp
+        far = to_reference(ring, pose, self.model.reference.pivot)
+        target = np.vstack([self.place, (far - warp.origin) * warp.scale + MARGIN])
+        return Painter(self.triangles, np.vstack([points, ring]), self.inner, self.size, np.eye(2, 3)).paint(image,
+                                                                                                             target)
+
+    @cached_property
+    def share(self) -> np.ndarray:
+        """The texture's share (N, 1) of each of its pixels: 0 at the mesh's rim, rising smoothly to 1 inside."""
+        warp = self.model.warp
+        height, width = warp.size
+        mask = np.zeros((height + 2, width + 2), dtype=bool)  # its border makes the picture's edge count as rim
+        inside = np.zeros(height * width, dtype=bool)
+        inside[warp.pixels] = True
+        mask[1:-1, 1:-1] = inside.reshape(height, width)
+        depth = distance_transform_edt(mask)[1:-1, 1:-1].ravel()[warp.pixels] - 0.5
+        ramp = np.clip(depth / max(self.feather * warp.scale, 1e-6), 0, 1)
+        return (ramp**2 * (3 - 2 * ramp)).astype(np.float32)[:, None]
+
+    @cached_property
+    def skin(self) -> np.ndarray:
+        """How much of each pixel (N, 1) is skin: 0 on and near the lips, rising to 1 away from them."""
+        warp = self.model.warp
+        row, column = np.divmod(warp.pixels, warp.size[1])
+        lips = np.zeros(warp.size, dtype=np.uint8)
+        contour = (warp.shape[self.model.layout.outer] - warp.origin) * warp.scale
+        cv2.fillPoly(lips, [np.rint(contour - 0.5).astype(np.int32)], 1)
+        away = distance_transform_edt(lips == 0)[row, column] / warp.scale
+        return np.clip((away - _LIP_MARGIN) / _LIP_MARGIN, 0, 1)[:, None].astype(np.float32)
+
+    @cached_property
+    def _lips(self) -> np.ndarray:
+        return lip_pairs(self.model.mean_shape, self.model.layout.inner)[0]
+
+    def parted(self, shapes: np.ndarray) -> np.ndarray:
+        """Return shapes (..., P, 2) in which lips that would pass through each other meet half way."""
+        shapes = shapes.copy()
+        for upper, lower in self._lips:
+            crossed = np.maximum(shapes[..., upper, 1] - shapes[..., lower, 1], 0) / 2
+            shapes[..., upper, 1] -= crossed
+            shapes[..., lower, 1] += crossed
+        return shapes
+
+
+def bounds(points: np.ndarray, size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Return left, top, right, bottom of the pixels that hold points (..., 2), inside a picture of width and height."""
+    flat = points.reshape(-1, 2)
+    low = np.maximum(np.floor(flat.min(axis=0)).astype(int), 0)
+    high = np.minimum(np.ceil(flat.max(axis=0)).astype(int) + 1, size)
+    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
