@@ -14,6 +14,8 @@ from dnnvss.render import Neutral, Renderer, write_video
 from dnnvss.trajectory import resample
 
 _SOUND_RATE = 48000
+_COLUMNS = 4
+"""Faces a row at most."""
 _CAPTION = 28
 """Height in pixels of the line of text over each face."""
 
@@ -36,14 +38,14 @@ def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
         example, clock = run.example(utterance), run.task.clock
         faces = [renderer.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
         sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
-        frames = _beside(_recorded(corpus, utterance, renderer.size), *faces, captions=["recorded", *styles])
+        frames = beside(_recorded(corpus, utterance, renderer.size), *faces, captions=["recorded", *styles])
         path = run.folder / "videos" / f"{utterance.id}.mp4"
         written.append(write_video(path, frames, utterance.clock.rate, sound, _SOUND_RATE))
     return written
 
 
 def write_systems(runs: Sequence[Run], corpus: Corpus, sentence: str, out: Path) -> Path:
-    """Write one sentence as recorded and by the system of each run, three faces a row, and return the path."""
+    """Write one sentence as recorded and by the system of each run, the faces alone, in rows; return the path."""
     utterance = corpus.utterances[sentence]
     faces, captions, size = [], ["recorded"], (0, 0)
     for run in runs:
@@ -53,8 +55,20 @@ def write_systems(runs: Sequence[Run], corpus: Corpus, sentence: str, out: Path)
         captions.append(f"{run.config.model.name}, {run.config.labels.name}")
         size = renderer.size
     sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
-    frames = _beside(_recorded(corpus, utterance, size), *faces, captions=captions, columns=3)
+    box = _face_box(corpus, utterance, size)
+    cut = ((picture[box] for picture in face) for face in (_recorded(corpus, utterance, size), *faces))
+    frames = beside(*cut, captions=captions, columns=min(_COLUMNS, -(-len(captions) // 2)))
     return write_video(out, frames, utterance.clock.rate, sound, _SOUND_RATE)
+
+
+def _face_box(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> tuple[slice, slice]:
+    """Return rows and columns of a picture of (width, height) that hold the face with some room, even in number."""
+    points, valid = corpus.landmarks(utterance)
+    low, high = points[valid].min((0, 1)), points[valid].max((0, 1))
+    room = 0.2 * (high - low)
+    x0, y0 = np.maximum(low - room, 0).astype(int)
+    x1, y1 = np.minimum(high + room, size).astype(int)
+    return slice(y0, y1 - (y1 - y0) % 2), slice(x0, x1 - (x1 - x0) % 2)
 
 
 def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:
@@ -63,7 +77,7 @@ def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> It
         yield image if same else cv2.resize(image, size, interpolation=cv2.INTER_AREA)
 
 
-def _beside(*faces: Iterator[np.ndarray], captions: list[str], columns: int = 0) -> Iterator[np.ndarray]:
+def beside(*faces: Iterator[np.ndarray], captions: list[str], columns: int = 0) -> Iterator[np.ndarray]:
     """Yield the pictures of several faces next to each other, a line of text over each, as long as all last.
 
     Args:

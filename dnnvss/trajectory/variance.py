@@ -14,6 +14,8 @@ from dnnvss.trajectory.equations import NormalEquations, precision_of
 from dnnvss.trajectory.multipliers import multiply
 from dnnvss.trajectory.windows import STATIC_DELTA_DELTA2, Windows
 
+STILL = 1e-4
+"""A coefficient whose variance is below this share of the talker's does not move: it is not scaled."""
 _STEPS = 200
 
 
@@ -86,7 +88,7 @@ def articulate(
     Each frame becomes ``x + f (g - 1) (x - c)``; with f = 1 that is ``c + g (x - c)``.
 
     Correlation with the truth does not change, because each coefficient is only stretched; its variance does. A
-    coefficient that does not move at all is left as it is.
+    coefficient that hardly moves (:data:`STILL`) is left as it is: there is nothing to stretch but rounding.
 
     Args:
         trajectory: (T, D).
@@ -105,7 +107,7 @@ def articulate(
     kept = x[mask] if mask is not None and np.any(mask) else x
     middle = kept.astype(float).mean(axis=0) if centre is None else np.asarray(centre, float)
     spread = kept.astype(float).var(axis=0) if own is None else np.asarray(own, float)
-    still = spread <= 1e-18 * np.maximum(np.abs(middle), 1e-300) ** 2
+    still = spread <= STILL * np.asarray(natural, float)
     gain = np.asarray(setting) * np.sqrt(np.asarray(natural, float) / np.where(still, 1.0, spread))
     more = np.where(still, 0.0, gain - 1.0) * (x - middle)
     return (x + (more if fade is None else np.asarray(fade)[:, None] * more)).astype(x.dtype)

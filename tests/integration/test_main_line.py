@@ -116,6 +116,28 @@ def test_length_silences_lead_and_labels_are_as_asked(home: Path) -> None:
     assert np.array_equal(early[:-5], usual[5:])
 
 
+def test_text_is_spoken_in_the_footage_of_an_utterance(home: Path) -> None:
+    utterance = next(iter(Corpus.open(home / "demo").utterances.values()))
+    out = speak(home, "f.mp4", "text='hello my friend'", f"into={utterance.id}", "render=reference+face+patch+mesh")
+    recorded, *views = np.split(read_video(out)[:, 28:].astype(float), 4, axis=2)  # 28: the line of text above
+    again = read_video(Corpus.open(home / "demo").path(utterance, "video")).astype(float)
+    count = min(len(recorded), len(again))
+    assert np.abs(recorded[:count] - again[:count]).mean() < 4  # what the encoder costs
+    face, patch, mesh = views
+    assert np.abs(face - recorded)[:, :20].mean() < 3 < np.abs(face - recorded)[:, 50:80, 30:66].mean()
+    assert (patch[:, :20] > 240).all() and (mesh[:, :20] > 240).all()
+    assert json.loads(out.with_suffix(".json").read_text())["into"] == utterance.id
+
+
+@pytest.mark.parametrize("wrong, message", [
+    ("into=nothing", "no utterance and no video file is named 'nothing'"), ("render=head", "no view 'head'"),
+    ("render=reference", "needs footage")])
+def test_footage_that_is_not_there_is_refused(home: Path, tmp_path: Path, wrong: str, message: str) -> None:
+    with pytest.raises(DnnvssError, match=message):
+        synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/x.mp4", "speech=none", "text=hello", wrong))
+    assert not list(tmp_path.iterdir())
+
+
 def test_face_moves_with_the_words_and_rests_in_silence(home: Path) -> None:
     arrays = files.read_arrays(speak(home, "b.mp4", "text='my papa may buy a puppy'").with_suffix(".npz"))
     phones = read_alignment(home / "b.TextGrid")["phones"]
@@ -272,8 +294,10 @@ def test_a_sweep_ends_with_one_table_and_one_video(home: Path) -> None:
     out = home / "runs" / "both-demo"
     assert "ph_a" in (out / "evaluation.md").read_text()
     width, height = video_info(out / "side_by_side.mp4").size
-    single = Corpus.open(home / "demo").info.size[0]
-    assert width == 3 * single and height > single
+    corpus = Corpus.open(home / "demo")
+    points, _ = corpus.landmarks(corpus.split("test")[0])
+    face = np.ptp(points.reshape(-1, 2), axis=0)
+    assert 2 * face[0] < width <= 2 * corpus.info.size[0] and height > 2 * face[1]  # three faces in two rows
 
 
 def test_a_run_is_found_by_what_its_job_was_given(home: Path) -> None:

@@ -42,6 +42,8 @@ def test_the_dial_over_speech_only_and_about_a_centre():
 def test_what_does_not_move_stays():
     still = np.full((5, 1), 3.0)
     assert np.array_equal(articulate(still, 1.0, np.array([4.0])), still)
+    barely = still + 1e-6 * np.arange(5)[:, None]
+    assert np.array_equal(articulate(barely, 1.0, np.array([4.0]), own=np.array([1e-9])), barely)
 
 
 def test_groups():
