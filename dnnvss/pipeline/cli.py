@@ -9,7 +9,8 @@ from typing import Any
 
 from dnnvss.errors import DnnvssError
 
-_TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment")
+_TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment", "into",
+          "render")
 """Settings whose values are text or paths."""
 
 

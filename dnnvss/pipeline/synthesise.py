@@ -22,6 +22,7 @@ from dnnvss.trajectory import read_keys, resample, sample_keys, write_keys
 from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
+    from dnnvss.pipeline.pictures import Stage
     from dnnvss.speech.durations import Expected
     from dnnvss.text.sentence import Sentence
 
@@ -49,6 +50,8 @@ class Plan:
 
 def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
+    from dnnvss.pipeline.pictures import open_stage
+
     run = Run.open(Path(config.run) if config.run else newest(Path(config.runs)))
     voice = read_voice(run)
     plan = make_plan(config, run, voice)
@@ -70,11 +73,12 @@ def synthesise(config: DictConfig) -> None:
     if config.export_alignment:
         exported.append(export_alignment(Path(config.export_alignment), plan))
     trajectory = ahead(trajectory, run.task.clock, config.anticipation / 1000)
-    rate = FrameClock(config.rate or voice["rate"])
+    stage = open_stage(config, run, voice["rate"], len(trajectory) / float(run.task.clock.rate))
     style = OmegaConf.to_container(config.style, resolve=True)
     notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
-             "style": style, "keys": config.import_keys, "model": run.model.report(example), "credit": voice["credit"]}
-    written = write_outputs(run, Path(config.out), rate, config.scale, trajectory, plan, notes) + exported
+             "style": style, "keys": config.import_keys, "model": run.model.report(example), "credit": voice["credit"],
+             **stage.notes}
+    written = write_outputs(stage, Path(config.out), trajectory, plan, notes) + exported
     print("wrote " + ", ".join(str(p) for p in written))
 
 
@@ -224,26 +228,25 @@ def _export_keys(config: DictConfig, run: Run, trajectory: np.ndarray, plan: Pla
     return write_keys(config.export_keys, keys)
 
 
-def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajectory: np.ndarray, plan: Plan,
-                  notes: dict[str, Any]) -> list[Path]:
+def write_outputs(stage: "Stage", out: Path, trajectory: np.ndarray, plan: Plan, notes: dict[str, Any]) -> list[Path]:
     """Write video, trajectory, alignment, plot and report; return their paths, the video first."""
     from tqdm import tqdm
 
-    from dnnvss.render import Neutral, Renderer, write_video
+    from dnnvss.render import write_video
     from dnnvss.render.plots import plot_trajectories
 
-    renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"), scale)
+    run = stage.run
     clock = run.task.clock
     columns = np.array(run.face.names)
     written = [out, *(out.with_suffix(s) for s in (".npz", ".TextGrid", ".png", ".json"))]
     files.write_arrays(written[1], parameters=trajectory.astype(np.float32), rate=float(clock.rate), columns=columns,
-                       points=renderer.points_in_image(trajectory).astype(np.float32))
+                       points=stage.pictures.points_in_image(trajectory).astype(np.float32))
     write_alignment(written[2], plan.alignment)
     series = {f"coefficient {d + 1}": trajectory[:, d] for d in range(min(5, trajectory.shape[1]))}
     plot_trajectories(written[3], series, clock.rate, plan.alignment["phones"], plan.text)
     files.write_json(written[4], json.loads(json.dumps(notes, default=str)))
-    frames = tqdm(renderer.frames(resample(trajectory, clock, rate)), "rendering", unit=" frames", leave=False)
-    write_video(out, frames, rate.rate, plan.samples, plan.rate)
+    frames = tqdm(stage.frames(resample(trajectory, clock, stage.clock)), "rendering", unit=" frames", leave=False)
+    write_video(out, frames, stage.clock.rate, plan.samples, plan.rate)
     if plan.samples is not None:
         written.append(write_wav(out.with_suffix(".wav"), plan.samples, plan.rate))
     return written
@@ -251,9 +254,11 @@ def write_outputs(run: Run, out: Path, rate: FrameClock, scale: float, trajector
 
 def render_utterance(run: Run, corpus: Corpus, utterance: Utterance, out: Path) -> None:
     """Write a video of an utterance of the corpus in the run's style, predicted from the recording's phone times."""
+    from dnnvss.pipeline.pictures import neutral_stage
+
     samples = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
     plan = Plan(utterance.text, utterance.alignment, samples, _SOUND_RATE)
     notes = {"run": str(run.folder), "utterance": utterance.id, "text": utterance.text, "credit": corpus.info.credit}
     style = make_style(run.config.style, run.face.names)
     trajectory = run.generator(run.example(utterance), style)
-    write_outputs(run, out, utterance.clock, 1, trajectory, plan, notes)
+    write_outputs(neutral_stage(run, utterance.clock), out, trajectory, plan, notes)

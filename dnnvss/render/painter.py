@@ -117,7 +117,7 @@ class Painter:
 
     def _owners(self, plan: Plan, index: int) -> np.ndarray:
         """Return the triangle (H, W_) that owns each pixel; the number K stands for the background."""
-        owner = np.full(self.size, len(self.triangles), dtype=self._owner_type)
+        owner: np.ndarray = np.full(self.size, len(self.triangles), dtype=self._owner_type)
         fixed, polygons = self._polygons
         points, upright = plan.points[index], plan.upright[index]
         np.rint((points[self.triangles] - 0.5) * (1 << _SHIFT), out=fixed, casting="unsafe")

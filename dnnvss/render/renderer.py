@@ -51,6 +51,11 @@ class Renderer:
         """Width and height of the pictures in pixels."""
         return self._base.shape[1], self._base.shape[0]
 
+    @property
+    def texture_offset(self) -> np.ndarray:
+        """The texture offset (N, 3) of the neutral frame's clip."""
+        return self.neutral.texture_offset
+
     def points_in_image(self, parameters: np.ndarray) -> np.ndarray:
         """Return the model's points (..., P, 2) in pixels of the rendered picture for parameters (..., D).
 

@@ -134,7 +134,8 @@ def test_text_is_spoken_in_the_footage_of_an_utterance(home: Path) -> None:
     ("render=reference", "needs footage")])
 def test_footage_that_is_not_there_is_refused(home: Path, tmp_path: Path, wrong: str, message: str) -> None:
     with pytest.raises(DnnvssError, match=message):
-        synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/x.mp4", "speech=none", "text=hello", wrong))
+        synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/x.mp4", "speech=none", "text=hello",
+                             wrong))
     assert not list(tmp_path.iterdir())
 
 

@@ -1,0 +1,120 @@
+"""What synthesis draws: the face in its neutral frame or in footage, and the views that are put side by side."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from omegaconf import DictConfig
+
+from dnnvss.aam import encode_clip
+from dnnvss.corpus import Corpus, read_video, video_info
+from dnnvss.errors import DnnvssError
+from dnnvss.formats.landmarks import read_npz
+from dnnvss.pipeline.folder import Run
+from dnnvss.render import Footage, Neutral, Renderer, Revoicer, walk
+from dnnvss.render.views import mesh_frames, patch_frames
+from dnnvss.timing import FrameClock
+
+VIEWS = ("face", "patch", "mesh", "reference")
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a run's parameters are drawn.
+
+    Args:
+        run: the run.
+        pictures: what draws the face.
+        clock: frames a second of the video.
+        views: what is shown, of :data:`VIEWS`, from left to right.
+        notes: what the report of a synthesis says about it.
+    """
+
+    run: Run
+    pictures: Renderer | Revoicer
+    clock: FrameClock
+    views: tuple[str, ...] = ("face",)
+    notes: dict[str, Any] = field(default_factory=dict)
+
+    def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D) at the video's rate."""
+        from dnnvss.pipeline.videos import beside  # the report's, whose packages one face does not need
+
+        shown = [self._view(view, parameters) for view in self.views]
+        return shown[0] if len(shown) == 1 else beside(*shown, captions=list(self.views))
+
+    def _view(self, view: str, parameters: np.ndarray) -> Iterator[np.ndarray]:
+        pictures, face = self.pictures, self.run.face
+        if view == "reference" and isinstance(pictures, Revoicer):
+            return pictures.recorded(len(parameters))
+        if view == "mesh":
+            return mesh_frames(face, pictures, parameters)
+        return patch_frames(face, pictures, parameters) if view == "patch" else pictures.frames(parameters)
+
+
+def neutral_stage(run: Run, clock: FrameClock, scale: float = 1.0, views: tuple[str, ...] = ("face",)) -> Stage:
+    """Return the run's neutral frame as the place to draw in."""
+    return Stage(run, Renderer(run.face, Neutral.load(run.folder / "face.npz"), scale), clock, views)
+
+
+def open_stage(config: DictConfig, run: Run, rate: str, seconds: float) -> Stage:
+    """Return where ``config`` (keys ``into``, ``into_fill``, ``render``, ``rate``, ``scale``) wants the face drawn.
+
+    Args:
+        config: the settings of ``conf/synth.yaml``.
+        run: the run.
+        rate: frames a second of the talker's corpus.
+        seconds: how long the speech lasts.
+
+    Raises:
+        DnnvssError: an unknown view, or footage that is missing, has no landmarks or too few of them.
+    """
+    views = tuple(str(config.render).split("+"))
+    if unknown := [view for view in views if view not in VIEWS]:
+        raise DnnvssError(f"render: there is no view {unknown[0]!r}",
+                          remedy=f"Use some of {', '.join(VIEWS)}, joined by +")
+    if config.into is None:
+        if "reference" in views:
+            raise DnnvssError("render=reference needs footage", remedy="Say which with into=")
+        return neutral_stage(run, FrameClock(config.rate or rate), config.scale, views)
+    whole = read_footage(run, str(config.into))
+    footage, first = whole.usable()
+    clock = FrameClock(config.rate or footage.rate)
+    own = FrameClock(footage.rate)
+    order = walk(footage.code.pose, max(1, int(np.ceil(seconds * float(own.rate)))), config.into_fill)
+    at = (clock.centres(max(1, clock.edge(seconds))) * float(own.rate)).astype(int)
+    shown = order[np.minimum(at, len(order) - 1)]
+    notes = {"into": str(config.into), "footage_frames": [first, first + len(footage)], "of": len(whole)}
+    if len(footage) < len(whole):
+        print(f"footage: frames {first} to {first + len(footage) - 1} of {len(whole)}; others have no usable landmarks")
+    if len(order) > len(footage):
+        print(f"footage: {len(footage) / float(own.rate):.1f} s for {seconds:.1f} s of speech: "
+              f"{'played back and forth' if config.into_fill == 'pingpong' else 'its last frame is held'}")
+    return Stage(run, Revoicer(run.face, footage, shown, config.scale), clock, views, notes)
+
+
+def read_footage(run: Run, into: str) -> Footage:
+    """Return an utterance of the run's corpus, or a video file with its landmarks (``.npz``) beside it, as footage.
+
+    Raises:
+        DnnvssError: there is no such utterance or video, or its landmarks are missing or of another kind.
+    """
+    path = Path(into)
+    if path.is_file():
+        landmarks, rate = read_npz(path.with_suffix(".npz")), video_info(path).rate
+        images, points, valid = read_video(path), landmarks.points.astype(float), landmarks.valid
+        source: str | Path = path
+    else:
+        corpus = Corpus.open(run.config.corpus.out)
+        if into not in corpus.utterances:
+            raise DnnvssError(f"into: no utterance and no video file is named {into!r}",
+                              remedy=f"Give an id of {corpus.root} or the path of a video with its landmarks beside it")
+        utterance = corpus.utterances[into]
+        points, valid = corpus.landmarks(utterance)
+        images, rate, source = read_video(corpus.path(utterance, "video")), utterance.rate, into
+    if len(points) != len(images):
+        raise DnnvssError(f"has {len(images)} pictures and {len(points)} frames of landmarks", file=source,
+                          remedy="Track the video again")
+    return Footage(images, encode_clip(run.face, images, points, valid, float(rate)), rate, str(source))
