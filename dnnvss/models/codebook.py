@@ -37,8 +37,10 @@ class Choice:
 
     def described(self) -> dict[str, Any]:
         """Return the choice as plain containers."""
-        shares = dict(zip(self.utterances, (round(w, 3) for w in self.weights), strict=True))
-        return {"phone": self.phone, "used": self.used, "from": shares}
+        shares = dict.fromkeys(self.utterances, 0.0)
+        for utterance, weight in zip(self.utterances, self.weights, strict=True):
+            shares[utterance] += weight
+        return {"phone": self.phone, "used": self.used, "from": {u: round(w, 3) for u, w in shares.items()}}
 
 
 class Codebook(VisualModel):

@@ -22,15 +22,16 @@ from dnnvss.training.settings import FitSettings
 
 
 class GuidedCodebook(VisualModel):
-    """One recorded example for each phone: near the network's trajectory, and fitting its neighbours.
+    """Recorded examples for each phone: near the network's trajectory, and fitting their neighbours.
 
     A network moves less than the talker; its trajectory is first stretched about its mean to the deviation that the
     validation frames have. The target cost of an example is the mean squared distance of that guide from it at five
     equidistant points of the phone; the join cost of two examples is the squared distance between the end of the first
     and the start of the second. Both are summed over parameters as they are, so that each counts by its significance.
     The sequence of the least total cost is found by dynamic programming over the ``candidates`` nearest examples of
-    each phone. What is left of the jumps is laid on straight ramps over half of each piece, so nothing is averaged and
-    the movement stays as large as it was recorded.
+    each phone. Beside the one on that path stand those that would cost least in its place; ``examples`` of them are
+    averaged, which takes chance out and, since all are near one guide, little movement. What is left of the jumps is
+    laid on straight ramps over half of each piece.
 
     **Source**: Theobald and Wilkinson 2007, who suggest the choice; the costs are ours.
 
@@ -41,6 +42,7 @@ class GuidedCodebook(VisualModel):
         settings: of the fit.
         members: networks that are averaged.
         candidates: examples of a phone that the search weighs.
+        examples: how many are averaged; 1 plays a single recording.
         join: weight of the join costs.
         cutoff: Hz of the codebook's smoothing spline; None leaves the joined trajectory as it is.
 
@@ -49,13 +51,13 @@ class GuidedCodebook(VisualModel):
     """
 
     def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
-                 settings: FitSettings, members: int = 1, candidates: int = 150, join: float = 0.03,
-                 cutoff: float | None = 15) -> None:
+                 settings: FitSettings, members: int = 1, candidates: int = 150, examples: int = 3,
+                 join: float = 0.03, cutoff: float | None = 15) -> None:
         super().__init__(table, clock)
-        if candidates < 1 or not join >= 0:
-            raise DnnvssError(f"model.candidates={candidates}, model.join={join}",
-                              remedy="Give one candidate at least, and a weight of 0 or more")
-        self.candidates, self.join = candidates, join
+        if not 1 <= examples <= candidates or not join >= 0:
+            raise DnnvssError(f"model.candidates={candidates}, model.examples={examples}, model.join={join}",
+                              remedy="Give one example at least, as many candidates or more, and a weight of 0 or more")
+        self.candidates, self.examples, self.join = candidates, examples, join
         self.network = NetworkModel(table, clock, network, settings, members)
         self.book = Codebook(table, clock, examples=1, cutoff=cutoff)
 
@@ -72,18 +74,18 @@ class GuidedCodebook(VisualModel):
         """Return the joined pieces and their derivatives; the variance is the codebook's."""
         choices = self.choices(example)
         frames = example.codes.arrays["phone_frames"].astype(np.int64)
-        joined = self._ramped(self.book.joined(example, choices), [c.entries[0] for c in choices], frames[frames > 0])
+        ends = np.stack([self._samples[list(c.entries)].mean(axis=0, dtype=np.float64) for c in choices])
+        joined = _ramped(self.book.joined(example, choices), ends[1:, 0] - ends[:-1, -1], frames[frames > 0])
         mean = streams(self.book.smoothed(joined), len(self.book.variance_))
         return Prediction(mean, np.broadcast_to(0.01 * self.book.variance_, mean.shape))
 
     def choices(self, example: Example) -> list[Choice]:
-        """Return the selection report: the example that each phone with a frame is made of."""
+        """Return the selection report: the examples that each phone with a frame is made of."""
         guide = (self.network.predict(example).mean[:, 0] - self.centre_) * self.stretch_ + self.centre_
         wanted = _sampled(guide, example)
-        corpus = self.book.corpus_
-        path = self._path([self._nearest(code, points) for code, points in wanted])
-        return [Choice(PHONES[code], PHONES[int(corpus.code[entry])], (entry,), (1.0,),
-                       (corpus.ids[corpus.owner[entry]],)) for (code, _), entry in zip(wanted, path, strict=True)]
+        rows = [self._nearest(code, points) for code, points in wanted]
+        path = self._path(rows)
+        return [self._choice(code, self._beside(rows[k], path, k)) for k, (code, _) in enumerate(wanted)]
 
     def report(self, example: Example) -> dict[str, Any]:
         """Return which sentence each phone came from."""
@@ -130,23 +132,39 @@ class GuidedCodebook(VisualModel):
             path.append(int(pointers[path[-1]]))
         return [int(entries[k]) for (entries, _), k in zip(rows, reversed(path), strict=True)]
 
-    def _ramped(self, static: np.ndarray, entries: Sequence[int], frames: np.ndarray) -> np.ndarray:
-        """Return joined pieces (T, D) whose jumps are laid on ramps over half of the piece on either side.
+    def _beside(self, row: tuple[np.ndarray, np.ndarray], path: Sequence[int], k: int) -> np.ndarray:
+        """Return the examples (n,) that cost least in place ``k`` of a path, its own first."""
+        entries, costs = row
+        costs = costs.astype(np.float64)
+        if k > 0:
+            costs += self.join * ((self._samples[path[k - 1], -1] - self._samples[entries, 0]) ** 2).sum(axis=1)
+        if k + 1 < len(path):
+            costs += self.join * ((self._samples[entries, -1] - self._samples[path[k + 1], 0]) ** 2).sum(axis=1)
+        costs[entries == path[k]] = -np.inf
+        return entries[np.argsort(costs, kind="stable")[: self.examples]]
 
-        Args:
-            static: the pieces one after the other.
-            entries: which examples they are.
-            frames: (pieces,) how long each is.
-        """
-        edges = np.cumsum([0, *frames])
-        out = static.copy()
-        for k in range(1, len(entries)):
-            jump = self._samples[entries[k], 0].astype(np.float64) - self._samples[entries[k - 1], -1]
-            for piece, sign in ((k - 1, 0.5), (k, -0.5)):
-                away = np.abs(np.arange(edges[piece], edges[piece + 1]) + 0.5 - edges[k])
-                share = sign * np.maximum(0, 1 - 2 * away / frames[piece])
-                out[edges[piece] : edges[piece + 1]] += share[:, None] * jump
-        return out
+    def _choice(self, code: int, entries: np.ndarray) -> Choice:
+        corpus, share = self.book.corpus_, 1 / len(entries)
+        return Choice(PHONES[code], PHONES[int(corpus.code[entries[0]])], tuple(entries.tolist()),
+                      (share,) * len(entries), tuple(corpus.ids[u] for u in corpus.owner[entries]))
+
+
+def _ramped(static: np.ndarray, jumps: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Return joined pieces (T, D) whose jumps are laid on ramps over half of the piece on either side.
+
+    Args:
+        static: the pieces one after the other.
+        jumps: (pieces - 1, D), by how much each piece starts above the end of the one before it.
+        frames: (pieces,) how long each is.
+    """
+    edges = np.cumsum([0, *frames])
+    out = static.copy()
+    for k, jump in enumerate(jumps, start=1):
+        for piece, sign in ((k - 1, 0.5), (k, -0.5)):
+            away = np.abs(np.arange(edges[piece], edges[piece + 1]) + 0.5 - edges[k])
+            share = sign * np.maximum(0, 1 - 2 * away / frames[piece])
+            out[edges[piece] : edges[piece + 1]] += share[:, None] * jump
+    return out
 
 
 def _sampled(guide: np.ndarray, example: Example) -> list[tuple[int, np.ndarray]]:

@@ -11,6 +11,7 @@ from conftest import CLOCK, TABLE
 from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, FeedForward, Prediction
 from dnnvss.training import FitSettings, GuidedCodebook
+from dnnvss.training.guided import _ramped
 
 SETTINGS = FitSettings(epochs=1, batch_size=32, progress=False, figure_every=0, accelerator="cpu")
 
@@ -29,6 +30,7 @@ def model(examples: dict[str, list[Example]], tmp_path_factory: pytest.TempPathF
 def told(model: GuidedCodebook, monkeypatch: pytest.MonkeyPatch, mean: np.ndarray) -> None:
     monkeypatch.setattr(model, "stretch_", np.ones(1))
     monkeypatch.setattr(model.book, "cutoff", None)
+    monkeypatch.setattr(model, "examples", 1)
     monkeypatch.setattr(model.network, "predict", lambda example: Prediction(mean, np.ones(1)))
 
 
@@ -65,16 +67,26 @@ def test_joins_count_as_much_as_their_weight(model: GuidedCodebook, examples: di
         model._samples, model.join = samples, 0.03
 
 
-def test_ramps_meet_in_the_middle_of_a_jump(model: GuidedCodebook) -> None:
-    samples = model._samples
-    try:
-        model._samples = np.zeros((2, 5, 1), np.float32)
-        model._samples[1] = 1.0
-        static = np.concatenate([np.zeros((4, 1)), np.ones((4, 1))])
-        out = model._ramped(static, [0, 1], np.array([4, 4]))[:, 0]
-    finally:
-        model._samples = samples
+def test_ramps_meet_in_the_middle_of_a_jump() -> None:
+    static = np.concatenate([np.zeros((4, 1)), np.ones((4, 1))])
+    out = _ramped(static, np.ones((1, 1)), np.array([4, 4]))[:, 0]
     np.testing.assert_allclose(out, [0, 0, 0.125, 0.375, 0.625, 0.875, 1, 1])
+
+
+def test_examples_beside_the_path_are_those_that_cost_least_in_its_place(model: GuidedCodebook) -> None:
+    row = (np.array([0, 1, 2, 3]), np.array([3.0, 1.0, 9.0, 2.0]))
+    samples = model._samples.copy()
+    try:
+        model._samples[:5] = 0
+        model._samples[1] = 9.0  # cheap, and far from both neighbours
+        model.examples = 3
+        assert model._beside(row, [4, 0, 4], 1).tolist() == [0, 3, 2]
+        model.examples = 1
+        assert model._beside(row, [4, 0, 4], 1).tolist() == [0]
+    finally:
+        model._samples, model.examples = samples, 3
+    choice = model._choice(0, np.array([0, 1]))
+    assert choice.weights == (0.5, 0.5) and sum(choice.described()["from"].values()) == 1
 
 
 def test_unknown_phone_takes_its_neighbours_pieces(model: GuidedCodebook, examples: dict[str, list[Example]]) -> None:
@@ -88,6 +100,6 @@ def test_unknown_phone_takes_its_neighbours_pieces(model: GuidedCodebook, exampl
 
 
 def test_settings_out_of_range(tmp_path: Path) -> None:
-    for wrong in ({"candidates": 0}, {"join": -1.0}):
+    for wrong in ({"candidates": 0}, {"join": -1.0}, {"examples": 0}, {"candidates": 2}):
         with pytest.raises(DnnvssError, match="candidates"):
             guided(**wrong)
