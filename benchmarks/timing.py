@@ -1,9 +1,10 @@
 """Times of a prepared corpus: what the aligner made of it, and how well durations are predicted from text.
 
-    python benchmarks/timing.py data/grid               # or with --split unseen
+    python benchmarks/timing.py data/grid               # or with --split unseen, --run runs/RUN_OF_THE_HSMM
 
 Word starts are compared with the word times that came with the corpus, where there are any, as the preparation kept
-them; the duration model is learnt from the training split and scored on the test split beside two null models.
+them; the duration model is learnt from the training split and scored on the test split beside two null models, and the
+durations that the model of a run has learnt.
 """
 
 import argparse
@@ -16,6 +17,8 @@ import numpy as np
 
 from data_prep.stages import FOLDER
 from dnnvss.corpus import Corpus
+from dnnvss.pipeline.folder import Run
+from dnnvss.pipeline.synthesise import model_durations
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.durations_scores import score_durations
 
@@ -33,6 +36,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("corpus", type=Path)
     parser.add_argument("--split", default="", help="variant of the split, e.g. unseen")
+    parser.add_argument("--run", type=Path, help="a run whose model has learnt durations (model=hsmm)")
     chosen = parser.parse_args()
     corpus = Corpus.open(chosen.corpus)
     for stage, name in STAGES.items():
@@ -48,7 +52,8 @@ def main() -> None:
                   f"90 % under {np.percentile(apart, 90):.0f} ms; in the median {np.median(late):+.1f} ms later")
     train, test = (corpus.split(name, chosen.split) for name in ("train", "test"))
     print(f"durations, {len(test)} test utterances: RMSE in ms / correlation a phone")
-    for score in score_durations(DurationModel.fit(train), train, test):
+    others = {chosen.run.name: model_durations(Run.open(chosen.run))} if chosen.run else {}
+    for score in score_durations(DurationModel.fit(train), train, test, others):
         print(f"  {score.system}: {score.rmse:.1f} / {score.correlation:.3f}")
 
 

@@ -147,12 +147,17 @@ def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
 
 
 def _expected(config: DictConfig, run: Run) -> "Expected | None":
-    """Return what tells how long phones last where that is the run's own model, None for the corpus's durations."""
-    if config.durations == "corpus":
-        return None
-    if config.durations != "model":
+    if config.durations not in ("corpus", "model"):
         raise DnnvssError(f"unknown durations={config.durations!r}", remedy="Use durations=corpus or durations=model")
+    return model_durations(run) if config.durations == "model" else None
 
+
+def model_durations(run: Run) -> "Expected":
+    """Return what tells how long phones last by the run's own model, whatever the times of an alignment are.
+
+    Raises:
+        DnnvssError: when asked, if the model has learnt no durations.
+    """
     def seconds(alignment: Alignment, text: str) -> np.ndarray:
         frames = run.model.phone_durations(run.example(Utterance("synthesis", text, alignment)))
         if frames is None:

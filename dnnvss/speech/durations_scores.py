@@ -1,14 +1,14 @@
 """How good a duration model is: error and correlation a phone, beside two null models."""
 
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from dnnvss.corpus.utterance import Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.speech.durations import DurationModel, spoken_contexts
+from dnnvss.speech.durations import DurationModel, Expected, spoken_contexts
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,9 @@ class DurationScore:
     correlation: float
 
 
-def score_durations(model: DurationModel, train: Sequence[Utterance], test: Sequence[Utterance]) -> list[DurationScore]:
-    """Return the scores of two null models learnt on ``train`` and of the model, in this order, on ``test``.
+def score_durations(model: DurationModel, train: Sequence[Utterance], test: Sequence[Utterance],
+                    others: Mapping[str, Expected] | None = None) -> list[DurationScore]:
+    """Return the scores of two null models learnt on ``train``, of the model, and of ``others`` on ``test``.
 
     The null models are the mean duration of each phone, and the mean of each phone at each position (onset, nucleus or
     coda, and whether word, phrase or utterance end with its syllable).
@@ -35,9 +36,10 @@ def score_durations(model: DurationModel, train: Sequence[Utterance], test: Sequ
     seconds = np.array([s for _, s in truth])
     by_phone = _means(seen, truth, lambda row: row[0])
     by_place = _means(seen, truth, lambda row: tuple(n for n in row if n.startswith(f"{row[0]} "))[:2], by_phone)
-    predicted = np.concatenate([model.durations(u.alignment, u.text) for u in test])
-    return [_score("phone mean", by_phone, seconds), _score("phone mean by position", by_place, seconds),
-            _score("duration model", predicted, seconds)]
+    models = {"duration model": model.durations, **(others or {})}
+    predicted = {name: np.concatenate([tell(u.alignment, u.text) for u in test]) for name, tell in models.items()}
+    scored = {"phone mean": by_phone, "phone mean by position": by_place, **predicted}
+    return [_score(name, values, seconds) for name, values in scored.items()]
 
 
 def _rows(utterances: Sequence[Utterance]) -> list[tuple[list[str], float]]:

@@ -40,6 +40,13 @@ def test_prediction_has_a_gaussian_for_every_frame(fitted: tuple[str, VisualMode
         assert np.isfinite(prediction.mean).all() and np.isfinite(variance).all() and (variance > 0).all()
 
 
+def test_durations_where_learnt_are_positive_for_every_phone(fitted: tuple[str, VisualModel], examples: dict) -> None:
+    durations = fitted[1].phone_durations(examples["test"][0])
+    assert (durations is None) == (fitted[0] != "hsmm")
+    if durations is not None:
+        assert durations.shape == examples["test"][0].codes.arrays["phone_code"].shape and (durations > 0).all()
+
+
 def test_state_is_plain_and_restores_the_model(fitted: tuple[str, VisualModel], examples: dict, tmp_path: Path) -> None:
     name, model = fitted
     torch.save(model.state(), tmp_path / "state.pt")
