@@ -7,6 +7,8 @@ import torch
 from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
+from dnnvss.models.code_sum import code_sum
+from dnnvss.models.dropout import Dropout
 
 ACTIVATIONS: dict[str, Callable[[], nn.Module]] = {"tanh": nn.Tanh, "sigmoid": nn.Sigmoid, "relu": nn.ReLU}
 
@@ -44,8 +46,7 @@ class CodeLinear(nn.Module):
         if self.training and self.dropout:
             kept = torch.rand(active.shape, device=active.device) >= self.dropout
             active = torch.where(kept, active, self.weight.shape[0] - 1)
-        summed = nn.functional.embedding_bag(active, self.weight, mode="sum", padding_idx=self.weight.shape[0] - 1)
-        return torch.addmm(summed + self.bias, numeric, self.numeric_weight)
+        return torch.addmm(code_sum(active, self.weight) + self.bias, numeric, self.numeric_weight)
 
 
 class FeedForward(nn.Module):
@@ -76,9 +77,9 @@ class FeedForward(nn.Module):
             raise DnnvssError(f"unknown activation {activation!r}", remedy=f"Use one of {sorted(ACTIVATIONS)}")
         self.first = CodeLinear(binary, numeric, hidden[0], input_dropout)
         self.first.reset(active)
-        layers: list[nn.Module] = [ACTIVATIONS[activation](), nn.Dropout(dropout)]
+        layers: list[nn.Module] = [ACTIVATIONS[activation](), Dropout(dropout)]
         for before, after in pairwise(hidden):
-            layers += [self._linear(before, after), ACTIVATIONS[activation](), nn.Dropout(dropout)]
+            layers += [self._linear(before, after), ACTIVATIONS[activation](), Dropout(dropout)]
         self.rest = nn.Sequential(*layers, self._linear(hidden[-1], out))
 
     @staticmethod

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
+from dnnvss.training.allocator import keep_freed_memory
 from dnnvss.training.batches import Batch
 from dnnvss.training.settings import LOG_VARIANCE, FitSettings
 
@@ -52,6 +53,10 @@ class FrameRegression(L.LightningModule):
         error = error * self.get_buffer("output_weights")
         return error.sum(1).mean() if self.settings.reduction == "sum" else error.mean()
 
+    def on_fit_start(self) -> None:
+        """Keep freed memory for the next step."""
+        keep_freed_memory()
+
     def on_train_batch_start(self, batch: Batch, index: int) -> None:
         """Seed dropout by the step, so that a resumed run draws the same masks; loaders share the generator."""
         torch.manual_seed(self.settings.seed * 1_000_003 + self.global_step)
@@ -76,12 +81,20 @@ class FrameRegression(L.LightningModule):
         self.log("val/loss", self.loss(predicted, batch[2]), batch_size=len(batch[0]))
         self.log("val/static", static, batch_size=len(batch[0]), prog_bar=True)
 
+    def configure_gradient_clipping(self, optimizer: torch.optim.Optimizer, gradient_clip_val: float | None = None,
+                                    gradient_clip_algorithm: str | None = None) -> None:
+        """Scale gradients whose norm is too large; others are not touched, which saves a pass over all of them."""
+        grads = [p.grad for p in self.parameters() if p.grad is not None]
+        shrink = self.settings.clip / (nn.utils.get_total_norm(grads) + 1e-6)
+        if shrink < 1:
+            torch._foreach_mul_(grads, shrink)
+
     def configure_optimizers(self) -> Any:
         """Return the optimiser and a schedule that steps with every batch."""
         s = self.settings
         if s.optimizer == "sgd":
             optimizer: torch.optim.Optimizer = torch.optim.SGD(
-                self.parameters(), lr=s.learning_rate, momentum=s.momentum, weight_decay=s.weight_decay)
+                self.parameters(), lr=s.learning_rate, momentum=s.momentum, weight_decay=s.weight_decay, fused=True)
         else:
             optimizer = torch.optim.AdamW(self.parameters(), s.learning_rate, weight_decay=s.weight_decay, fused=True)
         total = max(1, int(self.trainer.estimated_stepping_batches))
