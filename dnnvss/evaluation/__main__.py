@@ -2,7 +2,9 @@
 tests."""
 
 import argparse
+import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from dnnvss import files
@@ -10,6 +12,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.comparison import compare
 from dnnvss.evaluation.page import write_page
 from dnnvss.evaluation.runs import make_bench, read_run
+
+_HASH = re.compile("-[0-9a-f]{8}$")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -21,31 +25,50 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of anchors, bootstrap and permutation tests (0)")
     options = parser.parse_args(arguments)
     try:
-        runs = [read_run(folder) for folder in options.runs]
-        bench = make_bench(runs, options.first)
-        names = _names([run.folder for run in runs])
-        systems = {name: run.arrays["predicted"] for name, run in zip(names, runs, strict=True)}
-        systems |= {f"{name}, {style}": own for name, run in zip(names, runs, strict=True)
-                    for style, own in run.styled.items()}
-        result = compare(bench, systems, options.seed)
-        print(result.table())
-        out = options.out or options.runs[0] / "evaluation"
-        files.write_text(out / "evaluation.md", result.markdown())
-        files.write_json(out / "evaluation.json", result.to_json())
-        page = write_page(out / "evaluation.html", result, bench, systems, dict(zip(names, options.runs, strict=True)))
+        written = compare_runs(options.runs, options.out, first=options.first, seed=options.seed)
     except DnnvssError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
-    print(f"\nwrote {out}/evaluation.md, evaluation.json, and {page}: open it in a browser")
+    print(f"\nwrote {written.parent}/evaluation.md, evaluation.json, and {written}: open it in a browser")
     return 0
 
 
+def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequence[str] | None = None, *,
+                 first: int = 5, seed: int = 0) -> Path:
+    """Print all metrics of finished runs, write them as Markdown, JSON and HTML, and return the path of the page.
+
+    Args:
+        folders: of the runs.
+        out: where to write; ``evaluation`` in the first run's folder unless given.
+        names: of the runs; from their folders unless given.
+        first: leading coefficients in averages.
+        seed: of anchors, bootstrap and permutation tests.
+
+    Raises:
+        DnnvssError: a folder of no finished run, runs of other test sentences, or a run that is named twice.
+    """
+    runs = [read_run(folder) for folder in folders]
+    bench = make_bench(runs, first)
+    names = names or _names(list(folders))
+    systems = {name: run.arrays["predicted"] for name, run in zip(names, runs, strict=True)}
+    systems |= {f"{name}, {style}": own for name, run in zip(names, runs, strict=True)
+                for style, own in run.styled.items()}
+    result = compare(bench, systems, seed)
+    print(result.table())
+    out = out or folders[0] / "evaluation"
+    files.write_text(out / "evaluation.md", result.markdown())
+    files.write_json(out / "evaluation.json", result.to_json())
+    return write_page(out / "evaluation.html", result, bench, systems, dict(zip(names, folders, strict=True)))
+
+
 def _names(folders: list[Path]) -> list[str]:
-    """Return a different name for each folder: its own, or its path where two agree."""
-    short = [folder.resolve().name for folder in folders]
+    """Return a different name for each folder: its own without the hash, the whole or its path where two agree."""
     if len(set(map(str, folders))) < len(folders):
         raise DnnvssError("the same run is named twice", remedy="Name each run once")
-    return [name if short.count(name) == 1 else str(folder) for name, folder in zip(short, folders, strict=True)]
+    whole = [folder.resolve().name for folder in folders]
+    bare = [_HASH.sub("", name) for name in whole]
+    return [b if bare.count(b) == 1 else w if whole.count(w) == 1 else str(folder)
+            for b, w, folder in zip(bare, whole, folders, strict=True)]
 
 
 if __name__ == "__main__":

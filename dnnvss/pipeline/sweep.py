@@ -1,5 +1,6 @@
 """The end of a sweep: one table of all its runs, and one sentence by all of them side by side."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,28 +21,38 @@ class CompareRuns(Callback):
 
     def __init__(self, name: str, video: bool = True) -> None:
         self.name, self.video = name, video
-        self.jobs: list[DictConfig] = []
+        self.jobs: list[tuple[DictConfig, tuple[str, ...]]] = []
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
-        """Remember a job that ended well."""
+        """Remember a job that ended well, and what it was given."""
         if job_return.status.name == "COMPLETED":
-            self.jobs.append(config)
+            self.jobs.append((config, tuple(job_return.overrides or ())))
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs, and ``side_by_side.mp4``."""
         if len(self.jobs) < 2:
             return
-        from dnnvss.evaluation.__main__ import main as evaluate
+        from dnnvss.evaluation.__main__ import compare_runs
 
-        first = self.jobs[0]
-        folders = [run_folder(job) for job in self.jobs]
+        first = self.jobs[0][0]
+        folders = [run_folder(job) for job, _ in self.jobs]
+        names = what_differs([given for _, given in self.jobs])
         out = Path(first.runs) / "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
-        if evaluate([*map(str, folders), "--out", str(out)]) == 0 and self.video:
+        print(f"wrote {compare_runs(folders, out, names)}")
+        if self.video:
             from dnnvss.pipeline.videos import write_systems
 
             corpus = Corpus.open(first.corpus.out)
             sentence = sorted(u.id for u in corpus.split("test", first.corpus.split))[0]
-            print(f"wrote {write_systems([Run.open(f) for f in folders], corpus, sentence, out / 'side_by_side.mp4')}")
+            runs = dict(zip(names, map(Run.open, folders), strict=True))
+            print(f"wrote {write_systems(runs, corpus, sentence, out / 'side_by_side.mp4')}")
+
+
+def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return a name for each job: what it was given and not all were, such as ``model=hsmm``, or its number."""
+    shared = set(given[0]).intersection(*given)
+    names = [" ".join(g for g in own if g not in shared) for own in given]
+    return names if len(set(names)) == len(names) else [str(k + 1) for k in range(len(given))]
 
 
 def run_folder(config: DictConfig) -> Path:

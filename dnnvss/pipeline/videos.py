@@ -1,6 +1,6 @@
 """Side-by-side videos of test sentences: the recording, the face from plain MLPG, and the face in the run's style."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import cv2
@@ -44,15 +44,18 @@ def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
     return written
 
 
-def write_systems(runs: Sequence[Run], corpus: Corpus, sentence: str, out: Path) -> Path:
-    """Write one sentence as recorded and by the system of each run, the faces alone, in rows; return the path."""
+def write_systems(runs: Mapping[str, Run], corpus: Corpus, sentence: str, out: Path) -> Path:
+    """Write one sentence as recorded and by the system of each run, and return the path.
+
+    The faces alone are shown, in rows, each under its name.
+    """
     utterance = corpus.utterances[sentence]
     faces, captions, size = [], ["recorded"], (0, 0)
-    for run in runs:
+    for name, run in runs.items():
         renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
         trajectory = run.generator(run.example(utterance), PLAIN)
         faces.append(renderer.frames(resample(trajectory, run.task.clock, utterance.clock)))
-        captions.append(f"{run.config.model.name}, {run.config.labels.name}")
+        captions.append(name)
         size = renderer.size
     sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
     box = _face_box(corpus, utterance, size)

@@ -21,7 +21,7 @@ from dnnvss.evaluation.__main__ import main as evaluate_runs
 from dnnvss.formats import read_alignment
 from dnnvss.pipeline.cli import grouped
 from dnnvss.pipeline.folder import Run
-from dnnvss.pipeline.sweep import CompareRuns, run_folder
+from dnnvss.pipeline.sweep import CompareRuns, run_folder, what_differs
 from dnnvss.pipeline.synthesise import replace_unseen, synthesise
 from dnnvss.pipeline.train import train
 from dnnvss.pipeline.videos import write_side_by_side
@@ -289,16 +289,23 @@ def test_a_sweep_ends_with_one_table_and_one_video(home: Path) -> None:
     for name in ("ph", "ph_a"):
         job = configure("train", f"run={home}/runs/{name}", f"runs={home}/runs", f"labels={name}",
                         f"corpus.out={home}/demo")
-        sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="COMPLETED")))
-    sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="FAILED")))
+        given = ["corpus=demo", f"labels={name}"]
+        sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), overrides=given))
+    sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="FAILED"), overrides=[]))
     sweep.on_multirun_end(job)
     out = home / "runs" / "both-demo"
-    assert "ph_a" in (out / "evaluation.md").read_text()
+    assert "| labels=ph_a |" in (out / "evaluation.md").read_text()
     width, height = video_info(out / "side_by_side.mp4").size
     corpus = Corpus.open(home / "demo")
     points, _ = corpus.landmarks(corpus.split("test")[0])
     face = np.ptp(points.reshape(-1, 2), axis=0)
     assert 2 * face[0] < width <= 2 * corpus.info.size[0] and height > 2 * face[1]  # three faces in two rows
+
+
+def test_jobs_are_named_by_what_not_all_were_given() -> None:
+    assert what_differs([("corpus=grid", "model=hsmm"), ("corpus=grid", "model=guided", "seed=1")]) == [
+        "model=hsmm", "model=guided seed=1"]
+    assert what_differs([("corpus=grid",), ("corpus=grid",)]) == ["1", "2"]
 
 
 def test_a_run_is_found_by_what_its_job_was_given(home: Path) -> None:
