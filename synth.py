@@ -1,21 +1,30 @@
 """Speaks text with a trained run; ``python synth.py --help`` lists the settings."""
 
 import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-import hydra
-from omegaconf import DictConfig
+from dnnvss.pipeline.cli import bundle_settings, command, quoted
 
-from dnnvss.pipeline.cli import command, quoted
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+CONF = Path(__file__).parent / "conf"
 
 
-@hydra.main(version_base="1.3", config_path="conf", config_name="synth")
 @command
-def main(config: DictConfig) -> None:
+def main(config: "DictConfig") -> None:
     from dnnvss.pipeline.synthesise import synthesise
 
     synthesise(config)
 
 
 if __name__ == "__main__":
-    sys.argv[1:] = quoted(sys.argv[1:])
-    main()
+    settings = bundle_settings(CONF, sys.argv[1:])
+    if settings is not None:
+        main(settings)
+    else:
+        import hydra
+
+        sys.argv[1:] = quoted(sys.argv[1:])
+        hydra.main(version_base="1.3", config_path="conf", config_name="synth")(main)()

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-import joblib
 from tqdm import tqdm
 
 from dnnvss import files
@@ -120,6 +119,8 @@ def _encode(path: Path, clips: Sequence[Clip], folder: Path, progress: bool) -> 
 
     Workers read the model from its file, once each, rather than with every clip.
     """
+    import joblib  # slow to import, and synthesis needs none of it
+
     left = [clip for clip in clips if not (folder / f"{clip.id}.npz").is_file()]
     jobs = [joblib.delayed(_encode_one)(path, clip, folder) for clip in left]
     dropped: dict[str, str] = {}

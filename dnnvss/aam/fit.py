@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import joblib
 import numpy as np
 from tqdm import tqdm
 
@@ -163,6 +162,8 @@ def _read_textures(
     clips: Sequence[Clip], tracked: Sequence[_Shapes], chosen: Mapping[int, np.ndarray], warp: Warp, progress: bool
 ) -> list[np.ndarray]:
     """Return for each chosen clip the textures (n, N, 3) uint8 of its chosen frames."""
+    import joblib  # slow to import, and synthesis needs none of it
+
     jobs = [joblib.delayed(_sample)(clips[i], tracked[i].points, frames, warp) for i, frames in chosen.items()]
     textures: list[np.ndarray] = []
     with tqdm(total=len(jobs), desc="reading textures", unit="clip", disable=not progress) as bar:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from sklearn.utils.extmath import randomized_svd
 
 
 @dataclass(frozen=True)
@@ -32,6 +31,8 @@ def components(rows: np.ndarray, count: float, seed: int = 1, most: int = 200) -
         _, values, modes = np.linalg.svd(rows, full_matrices=False)
         values, modes = values[:wanted], modes[:wanted]
     else:
+        from sklearn.utils.extmath import randomized_svd  # slow to import, and synthesis needs none of it
+
         _, values, modes = randomized_svd(rows, wanted, n_oversamples=20, n_iter=4, random_state=seed)
     variance = values.astype(np.float64) ** 2 / len(rows)
     keep = variance > 1e-12 * max(total, 1e-300)

@@ -5,9 +5,14 @@ import functools
 import re
 import sys
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dnnvss.errors import DnnvssError
+from dnnvss.pipeline.bundle import is_bundle
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
 
 _TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment", "into",
           "render")
@@ -61,3 +66,17 @@ def grouped(arguments: list[str]) -> list[str]:
     Both groups are in the defaults, empty; hydra would refuse the plus, which its manual recommends for such groups.
     """
     return [a[1:] if a.startswith(("+experiment=", "+debug=")) else a for a in arguments]
+
+
+@command
+def bundle_settings(conf: Path, arguments: list[str]) -> "DictConfig | None":
+    """Return the settings of ``synth.py`` where its arguments name a bundle, None where they do not.
+
+    A bundle starts without hydra; see :mod:`dnnvss.pipeline.bundle`.
+    """
+    named = [a.removeprefix("run=") for a in arguments if a.startswith("run=")]
+    if not named or not is_bundle(Path(named[-1])):
+        return None
+    from dnnvss.pipeline.settings import compose
+
+    return compose(conf, "synth", arguments, _TEXTS)

@@ -9,7 +9,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import __version__, files
@@ -18,6 +17,7 @@ from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import FeatureTable
 from dnnvss.models import Example, VisualModel
+from dnnvss.pipeline.bundle import is_bundle, open_network
 from dnnvss.pipeline.data import Task
 from dnnvss.pipeline.style import Generator
 from dnnvss.pipeline.units import UnitModel
@@ -90,13 +90,17 @@ class Run:
 
     @classmethod
     def open(cls, folder: Path) -> "Run":
-        """Return the run in a folder.
+        """Return the run in a folder, or in a bundle.
 
         Raises:
             DnnvssError: the folder holds no finished run, its checkpoint is damaged, or it was trained with another
                 feature table than its configuration now builds.
         """
         config = files.read(folder / "config.yaml", OmegaConf.load, "Train a system first: python train.py")
+        if is_bundle(folder):
+            task, network = make_task(config), open_network(folder)
+            task.table.check(network.table.describe())
+            return cls(folder, config, task, network)
         checkpoint = load_checkpoint(folder / "model.pt")
         if not isinstance(config, DictConfig) or "table" not in checkpoint:
             raise DnnvssError("is no run folder of this package", file=folder, remedy="Train a system: python train.py")
@@ -121,6 +125,8 @@ def make_task(config: DictConfig) -> Task:
 
 def make_model(config: DictConfig, task: Task) -> VisualModel:
     """Return the untrained model that a configuration describes."""
+    from hydra.utils import instantiate  # a bundle is opened without
+
     settings: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
     settings.pop("name")
     return instantiate(settings)(table=task.table, clock=task.clock)

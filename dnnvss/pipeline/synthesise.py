@@ -247,11 +247,11 @@ def write_outputs(stage: "Stage", out: Path, trajectory: np.ndarray, plan: Plan,
     files.write_arrays(written[1], parameters=trajectory.astype(np.float32), rate=float(clock.rate), columns=columns,
                        points=stage.pictures.points_in_image(trajectory).astype(np.float32))
     write_alignment(written[2], plan.alignment)
-    series = {f"coefficient {d + 1}": trajectory[:, d] for d in range(min(5, trajectory.shape[1]))}
-    plot_trajectories(written[3], series, clock.rate, plan.alignment["phones"], plan.text)
     files.write_json(written[4], json.loads(json.dumps(notes, default=str)))
     frames = tqdm(stage.frames(resample(trajectory, clock, stage.clock)), "rendering", unit=" frames", leave=False)
     write_video(out, frames, stage.clock.rate, plan.samples, plan.rate)
+    series = {f"coefficient {d + 1}": trajectory[:, d] for d in range(min(5, trajectory.shape[1]))}
+    plot_trajectories(written[3], series, clock.rate, plan.alignment["phones"], plan.text)  # last: it loads matplotlib
     if plan.samples is not None:
         written.append(write_wav(out.with_suffix(".wav"), plan.samples, plan.rate))
     return written

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import find_peaks, peak_prominences
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
@@ -155,6 +154,8 @@ def _candidates(trajectory: np.ndarray, speed: np.ndarray, clock: FrameClock, se
 
 def _minima(signal: np.ndarray, prominence: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the minima of a signal (T,), refined by a parabola, as frame edges, and their prominences."""
+    from scipy.signal import find_peaks, peak_prominences  # slow to import, and synthesis needs none of it
+
     peaks, _ = find_peaks(-signal)
     depth = peak_prominences(-signal, peaks)[0] if len(peaks) else np.zeros(0)
     peaks, depth = peaks[depth >= prominence], depth[depth >= prominence]

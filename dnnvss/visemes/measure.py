@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from sklearn.metrics import adjusted_mutual_info_score
 
 from dnnvss.timing import FrameClock, Tier
 
@@ -116,4 +115,6 @@ def label_agreement(pairs: list[tuple[Tier, Tier]]) -> float:
     """
     true = [s.label for _, tier in pairs for s in tier]
     found = [tier[tier.index_at((s.start + s.end) / 2)].label for tier, other in pairs for s in other]
+    from sklearn.metrics import adjusted_mutual_info_score  # slow to import, and synthesis needs none of it
+
     return float(adjusted_mutual_info_score(true, found))

@@ -1,0 +1,68 @@
+"""What the numbers of an exported network mean; it travels inside the file."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from dnnvss.errors import DnnvssError
+from dnnvss.labels import FeatureTable
+from dnnvss.timing import FrameClock
+from dnnvss.trajectory import Windows
+
+KEY = "dnnvss"
+"""The name of the description in the metadata of a file."""
+VERSION = 1
+INPUTS, OUTPUTS = ("active", "numeric"), ("mean", "variance")
+
+
+@dataclass(frozen=True)
+class Description:
+    """An exported network for those who run it.
+
+    Args:
+        system: the name of the model, as in ``conf/model``.
+        table: the columns: ``active`` holds those that are 1 among the binary ones, filled up with
+            ``table.binary_width``; ``numeric`` the numbers as they are.
+        clock: of the frames.
+        windows: the streams of the outputs.
+        coefficients: the name of each column of a stream.
+        scaler: mean and deviation of the numeric columns, which the graph takes off by itself.
+        streams: mean, deviation and variance (W, D) of the targets, nested lists.
+        predicted: whether the network tells a variance for every frame; otherwise all frames have that of ``streams``.
+    """
+
+    system: str
+    table: FeatureTable
+    clock: FrameClock
+    windows: Windows
+    coefficients: tuple[str, ...]
+    scaler: Mapping[str, Any]
+    streams: Mapping[str, Any]
+    predicted: bool
+
+    def to_json(self) -> str:
+        """Return the description as JSON."""
+        return json.dumps({
+            "version": VERSION, "system": self.system, "table": self.table.describe(), "rate": str(self.clock),
+            "windows": {"names": self.windows.names, "taps": self.windows.taps}, "coefficients": self.coefficients,
+            "scaler": dict(self.scaler), "streams": dict(self.streams),
+            "predicted": self.predicted, "padding": self.table.binary_width})
+
+    @classmethod
+    def from_json(cls, text: str) -> "Description":
+        """Return what :meth:`to_json` wrote.
+
+        Raises:
+            DnnvssError: no description, one of a later version, or a feature table that means something else here.
+        """
+        try:
+            d = json.loads(text)
+            version = d["version"]
+        except (ValueError, TypeError, KeyError) as error:
+            raise DnnvssError("holds no description of its network", remedy="Export the run again") from error
+        if version != VERSION:
+            raise DnnvssError(f"has version {version}, this program reads {VERSION}", remedy="Export the run again")
+        windows = Windows(tuple(d["windows"]["names"]), tuple(tuple(t) for t in d["windows"]["taps"]))
+        return cls(d["system"], FeatureTable.from_description(d["table"]), FrameClock(d["rate"]), windows,
+                   tuple(d["coefficients"]), d["scaler"], d["streams"], d["predicted"])

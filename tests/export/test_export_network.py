@@ -1,0 +1,131 @@
+"""Exported networks say what the trained ones say, carry what their numbers mean, and refuse what is no network."""
+
+import json
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from conftest import CLOCK, TABLE
+
+from dnnvss.errors import DnnvssError
+from dnnvss.export.description import KEY, Description
+from dnnvss.export.exported import ExportedModel
+from dnnvss.export.graph import FrameStreams, frame_streams
+from dnnvss.export.write import write_network
+from dnnvss.labels import FeatureTable, NumericScaler, encode
+from dnnvss.models import Example, FeedForward, PhoneMean, Prediction, VisualModel
+from dnnvss.timing import Tier
+from dnnvss.training import BlendedNetworks, FitSettings, NetworkModel
+from dnnvss.trajectory import STATIC_DELTA_DELTA2
+
+NUMBERS = ("centre_phone", "phone_context", "phone_span", "phone_frames")
+DIMENSIONS = 3
+
+
+def trained(members: int, variances: bool, table: FeatureTable = TABLE, seed: int = 0) -> NetworkModel:
+    """Return a system with drawn weights and statistics: parity does not need a fit."""
+    rng = np.random.default_rng(seed)
+    torch.manual_seed(seed)
+    model = NetworkModel(table, CLOCK, partial(FeedForward, hidden=[16, 12]), FitSettings(), members, variances)
+    shape = (3, DIMENSIONS)
+    model.mean_, model.deviation_ = (rng.uniform(0.5, 2, shape).astype(np.float32) for _ in range(2))
+    model.variance_ = rng.uniform(0.5, 2, shape)
+    numeric = table.numeric_width
+    model.scaler_ = NumericScaler(rng.normal(size=numeric).astype(np.float32),
+                                  rng.uniform(1, 3, numeric).astype(np.float32))
+    model.networks_ = [model._new_network().eval() for _ in range(members)]
+    return model
+
+
+def described(model: VisualModel, streams: FrameStreams) -> Description:
+    return Description("test", model.table, CLOCK, STATIC_DELTA_DELTA2, ("a", "b", "c"), {"mean": [], "deviation": []},
+                       {"mean": streams.get_buffer("target_mean").tolist()}, streams.predicted)
+
+
+def exported(model: VisualModel, path: Path) -> ExportedModel:
+    if path.suffix == ".onnx":
+        pytest.importorskip("onnxscript", reason="the extra `export` is not installed")
+        pytest.importorskip("onnxruntime", reason="the extra `export` is not installed")
+    streams = frame_streams(model)
+    return ExportedModel.open(write_network(path, streams, described(model, streams)))
+
+
+def agree(ours: Prediction, theirs: Prediction) -> None:
+    assert ours.mean.shape == theirs.mean.shape
+    np.testing.assert_allclose(ours.mean, theirs.mean, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(ours.variance, np.broadcast_to(theirs.variance, theirs.mean.shape), rtol=2e-5)
+
+
+@pytest.mark.parametrize("suffix", [".onnx", ".pt2"])
+def test_a_mixture_that_predicts_variances_says_the_same_in_other_programs(
+        examples: dict[str, list[Example]], tmp_path: Path, suffix: str) -> None:
+    model = trained(2, True)
+    first, second = examples["test"]
+    network = exported(model, tmp_path / f"model{suffix}")
+    for e in (first, second):  # any number of frames
+        agree(network.predict(e), model.predict(e))
+    several = replace(first, alternatives=(first.codes,))
+    agree(network.predict(several), model.predict(several))
+    assert network.description == described(model, frame_streams(model))
+    if suffix == ".onnx":  # plain JSON for other programs
+        held = {p.key: p.value for p in pytest.importorskip("onnx").load(tmp_path / "model.onnx").metadata_props}
+        told = json.loads(held[KEY])
+        assert told["padding"] == TABLE.binary_width and told["windows"]["taps"][1] == [-0.5, 0.0, 0.5]
+        assert [b["name"] for b in told["table"]["blocks"]] == list(TABLE.names)
+
+
+def test_predicted_variances_count_where_labels_disagree(examples: dict[str, list[Example]]) -> None:
+    model = trained(2, True)
+    first = examples["test"][0]
+    other = encode(first.alignment.with_tier(Tier("phones", [(first.alignment.start, first.alignment.end, "AA")])), "w",
+                   TABLE, CLOCK)
+    both = replace(first, alternatives=(other,))
+    streams = frame_streams(model)
+
+    def forward(active: np.ndarray, numeric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        with torch.inference_mode():
+            mean, variance = streams(torch.from_numpy(active), torch.from_numpy(numeric))
+        return mean.numpy(), variance.numpy()
+
+    agree(ExportedModel(described(model, streams), forward).predict(both), model.predict(both))
+
+
+def test_blended_networks_of_two_tables_are_one_graph(examples: dict[str, list[Example]]) -> None:
+    table = FeatureTable((*NUMBERS[:2], "centre_viseme", *NUMBERS[2:]))
+    model = BlendedNetworks(table, CLOCK, partial(FeedForward, hidden=[8]), FitSettings(), weight=0.3)
+    parts = [trained(1, False, t, seed) for t, seed in ((model.phone_table, 1), (table, 2))]
+    parts[0].mean_, parts[0].deviation_, parts[0].scaler_ = (getattr(parts[1], n)
+                                                             for n in ("mean_", "deviation_", "scaler_"))
+    model.phones, model.all, model.variance_ = *parts, parts[1].variance_
+    e = examples["test"][0]
+    visemes = Tier("visemes", [(s.start, s.end, str(i % 7)) for i, s in enumerate(e.alignment["phones"])])
+    example = replace(e, codes=encode(e.alignment.with_tier(visemes), "word", table, CLOCK))
+    streams, frames = frame_streams(model), np.arange(len(example.codes))
+    with torch.inference_mode():
+        mean, variance = streams(torch.from_numpy(example.codes.active(frames).astype(np.int64)),
+                                 torch.from_numpy(example.codes.numeric(frames)))
+    agree(Prediction(mean.numpy(), variance.numpy()), model.predict(example))
+
+
+def test_what_is_no_network_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DnnvssError, match="PhoneMean is not a network"):
+        frame_streams(PhoneMean(TABLE, CLOCK))
+    streams = frame_streams(model := trained(1, False))
+    with pytest.raises(DnnvssError, match=r"as \.bin.*\.onnx"):
+        write_network(tmp_path / "model.bin", streams, described(model, streams))
+
+
+def test_damaged_files_and_other_tables_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "model.pt2"
+    exported(trained(1, False), path)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(DnnvssError, match=r"model.pt2: cannot be read"):
+        ExportedModel.open(path)
+    with pytest.raises(DnnvssError, match="no such file"):
+        ExportedModel.open(tmp_path / "nothing.onnx")
+    for text in ("", "{}", '{"version": 99}'):
+        with pytest.raises(DnnvssError, match="Export the run again"):
+            Description.from_json(text)
