@@ -1,0 +1,1 @@
+"""``python -m dnnvss.pipeline.label``: frames to label by hand, and the page to label them on."""
