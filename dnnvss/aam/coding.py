@@ -57,7 +57,7 @@ def measure_clip(model: ActiveAppearanceModel, clip: Clip) -> Measured:
     valid = valid & ~far["shape"]
     _need(valid, clip.id)
     shapes, pose = _shapes(model, points, valid, clip.rate)
-    textures = np.stack([model.warp.sample(i, p) for i, p in zip(images, points[:, layout.rows], strict=True)])
+    textures = np.stack([model.read_texture(i, p) for i, p in zip(images, points[:, layout.rows], strict=True)])
     far["texture"] = _far_textures(model, shapes, textures, valid)
     valid = valid & ~far["texture"]
     _need(valid, clip.id)

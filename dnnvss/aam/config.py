@@ -6,8 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from dnnvss.aam.parts import Part
 from dnnvss.aam.points import PointSet
 from dnnvss.errors import DnnvssError
+
+_WORDS = {"kind": ("combined", "separate"), "texture_shape": ("open", "mean"), "alignment": ("similarity", "rigid"),
+          "colour": ("rgb", "luminance")}
+_LATER: dict[str, Any] = {"alignment": "similarity", "colour": "rgb", "parts": []}
+"""Settings that the first format of stored models did not have, and what they mean where they are absent."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,10 @@ class AAMConfig:
         texture_every: one frame in this many is read from a clip.
         outlier: robust standard deviations beyond which a frame is left out.
         seed: seed of the choice of frames and of the randomised decomposition.
+        alignment: ``"similarity"``, or ``"rigid"``: the pose turns and moves and keeps the scale.
+        colour: ``"rgb"``, or ``"luminance"``: the modes draw luminance alone, the colour comes from the nearest
+            training frame.
+        parts: sub-models that share out the points, each with modes of its own; one model of all where empty.
     """
 
     points: PointSet = field(default_factory=PointSet)
@@ -47,13 +57,17 @@ class AAMConfig:
     texture_every: int = 5
     outlier: float = 10.0
     seed: int = 1
+    alignment: str = "similarity"
+    colour: str = "rgb"
+    parts: tuple[Part, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse values that mean nothing."""
-        if self.kind not in ("combined", "separate"):
-            raise DnnvssError(f"aam.kind is {self.kind!r}", remedy="Choose combined or separate")
-        if self.texture_shape not in ("open", "mean"):
-            raise DnnvssError(f"aam.texture_shape is {self.texture_shape!r}", remedy="Choose open or mean")
+        for name, known in _WORDS.items():
+            if getattr(self, name) not in known:
+                raise DnnvssError(f"aam.{name} is {getattr(self, name)!r}", remedy=f"Choose {' or '.join(known)}")
+        if len({part.name for part in self.parts}) < len(self.parts):
+            raise DnnvssError("aam.parts has two parts of one name", remedy="Name each part once")
         for name in ("modes", "shape_modes", "texture_modes", "shape_weight", "scale", "texture_frames",
                      "texture_every", "outlier"):
             if not getattr(self, name) > 0:
@@ -74,11 +88,18 @@ class AAMConfig:
         plain = dict(value)
         if "points" in plain and not isinstance(plain["points"], PointSet):
             plain["points"] = PointSet.from_dict(plain["points"])
+        if "parts" in plain:
+            plain["parts"] = tuple(part if isinstance(part, Part) else Part.from_dict(part) for part in plain["parts"])
         return cls(**plain)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain containers, the inverse of :meth:`from_dict`."""
-        return {f.name: getattr(self, f.name) for f in fields(self)} | {"points": self.points.to_dict()}
+        """Return plain containers, the inverse of :meth:`from_dict`.
+
+        Settings that came later are left out at their defaults, so that the hash of older models stays.
+        """
+        plain = {f.name: getattr(self, f.name) for f in fields(self)} | {"points": self.points.to_dict()}
+        plain["parts"] = [part.to_dict() for part in self.parts]
+        return {name: value for name, value in plain.items() if name not in _LATER or value != _LATER[name]}
 
     def key(self, *more: Any) -> str:
         """Return a short hash of the settings and of ``more`` (plain containers)."""

@@ -1,10 +1,12 @@
 """The modes of shape and texture, together or side by side."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from dnnvss.aam.config import AAMConfig
+from dnnvss.aam.parts import Support
 from dnnvss.aam.pca import components
 
 _CHUNK = 256
@@ -20,6 +22,7 @@ class Modes:
         deviations: standard deviation (D,) of each parameter.
         residuals: RMS grey levels (n,) of texture that the modes leave out, of each frame.
         sizes: RMS of the parameters (n,) in deviations, of each frame.
+        parameters: of each frame (n, D).
     """
 
     shape: np.ndarray
@@ -28,29 +31,49 @@ class Modes:
     deviations: np.ndarray
     residuals: np.ndarray
     sizes: np.ndarray
+    parameters: np.ndarray
 
 
-def find_modes(rows: np.ndarray, width: int, config: AAMConfig) -> Modes:
+def find_modes(rows: np.ndarray, width: int, config: AAMConfig, supports: Sequence[Support] = ()) -> Modes:
     """Return the modes of centred rows (n, width + 3N), the first ``width`` columns shape, the others texture.
 
     Combined: principal components of shape times ``w`` beside texture, ``w = shape_weight *
-    sqrt(texture variance / shape variance)``. Separate: components of each, shape first, and ``w`` is 1. ``rows`` is
-    weighted in place.
+    sqrt(texture variance / shape variance)``. Separate: components of each, shape first, and ``w`` is 1. With
+    ``supports`` each part has modes of its own, zero outside its columns, one part after the other; they share ``w``.
+    ``rows`` is weighted in place.
     """
-    if config.kind == "separate":
-        weight, joint, deviations = 1.0, *_side_by_side(rows, width, config)
+    weight = 1.0 if config.kind == "separate" else config.shape_weight * _balance(rows, width)
+    rows[:, :width] *= weight
+    if supports:
+        joint, deviations = _by_parts(rows, width, config, supports)
     else:
-        weight = config.shape_weight * _balance(rows, width)
-        rows[:, :width] *= weight
-        both = components(rows, config.modes, config.seed)
-        joint, deviations = both.modes, both.deviations
+        joint, deviations = _joint(rows, width, config, config.modes)
     texture = np.ascontiguousarray(joint[:, width:], dtype=np.float32)
     parameters = rows @ joint.T.astype(np.float32)
     residuals = [np.sqrt(((rows[i:i + _CHUNK, width:] - parameters[i:i + _CHUNK] @ texture) ** 2).mean(axis=1))
                  for i in range(0, len(rows), _CHUNK)]
     sizes = np.sqrt(((parameters / deviations) ** 2).mean(axis=1))
     return Modes(joint[:, :width].astype(np.float64) / weight, texture, weight, deviations, np.concatenate(residuals),
-                 sizes)
+                 sizes, parameters)
+
+
+def _joint(rows: np.ndarray, width: int, config: AAMConfig, modes: float) -> tuple[np.ndarray, np.ndarray]:
+    if config.kind == "separate":
+        return _side_by_side(rows, width, config)
+    both = components(rows, modes, config.seed)
+    return both.modes, both.deviations
+
+
+def _by_parts(rows: np.ndarray, width: int, config: AAMConfig, parts: Sequence[Support]
+              ) -> tuple[np.ndarray, np.ndarray]:
+    found = []
+    for part in parts:
+        columns = np.concatenate([part.shape, width + part.texture])
+        modes, deviations = _joint(rows[:, columns], len(part.shape), config, part.modes or config.modes)
+        spread = np.zeros((len(modes), rows.shape[1]), dtype=np.float32)
+        spread[:, columns] = modes
+        found.append((spread, deviations))
+    return np.concatenate([m for m, _ in found]), np.concatenate([d for _, d in found])
 
 
 def _balance(rows: np.ndarray, width: int) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from tqdm import tqdm
 
 from dnnvss.aam.clips import Clip
+from dnnvss.aam.colour import ColourBank, luminance
 from dnnvss.aam.config import AAMConfig
 from dnnvss.aam.decomposition import find_modes
 from dnnvss.aam.mesh import Warp, triangulate
@@ -22,6 +23,7 @@ from dnnvss.aam.outliers import (
     spread_of,
     texture_distance,
 )
+from dnnvss.aam.parts import supports
 from dnnvss.aam.points import Layout
 from dnnvss.aam.pose import PoseReference, mean_shape, to_reference
 from dnnvss.errors import DnnvssError
@@ -78,15 +80,18 @@ def fit_aam(
     warp = Warp(opened if config.texture_shape == "open" else mean, triangulate(opened), config.scale)
     chosen = _choose(tracked, usable, len(warp.pixels), config)
     textures = _read_textures(clips, tracked, chosen, warp, progress)
-    rows, mean_texture = _gathered(tracked, chosen, textures, mean, config)
-    del textures
-    modes = find_modes(rows, mean.size, config)
+    seen = [luminance(t) for t in textures] if config.colour == "luminance" else textures
+    rows, mean_texture, near = _gathered(tracked, chosen, seen, mean, config)
+    colours = [t[n] for t, n in zip(textures, near, strict=True)] if config.colour == "luminance" else []
+    del textures, seen
+    modes = find_modes(rows, mean.size, config, supports(config.parts, layout, warp))
+    bank = ColourBank.fit(colours, modes.parameters, config.clip_means) if colours else None
     limits = Limits(stable_limit, shape_limit, robust_limit(modes.residuals, config.outlier, LEAST_TEXTURE),
                     robust_limit(modes.sizes, config.outlier, LEAST_PARAMETERS))
     return ActiveAppearanceModel(
         config, {g: (int(a), int(b)) for g, (a, b) in groups.items()}, reference, mean, warp, mean_texture,
         modes.shape.reshape(-1, *mean.shape), modes.texture.reshape(-1, *mean_texture.shape), modes.shape_weight,
-        modes.deviations, spread, limits)
+        modes.deviations, spread, limits, bank)
 
 
 def _track(clips: Sequence[Clip], layout: Layout, config: AAMConfig) -> tuple[PoseReference, list[_Shapes], float]:
@@ -96,7 +101,8 @@ def _track(clips: Sequence[Clip], layout: Layout, config: AAMConfig) -> tuple[Po
         raise DnnvssError(f"none of the {len(clips)} training clips has a valid frame of landmarks",
                           remedy="Prepare the corpus again; its report says why frames were dropped")
     seen = np.concatenate([p[v][::config.texture_every, layout.stable] for p, v in read])
-    reference = PoseReference(mean_shape(seen), config.pose_smoothing)
+    rigid = config.alignment == "rigid"
+    reference = PoseReference(mean_shape(seen, rigid=rigid), config.pose_smoothing, rigid)
     residuals = [reference.residual(p[:, layout.stable]) for p, _ in read]
     measured = np.concatenate([r[v] for r, (_, v) in zip(residuals, read, strict=True)])
     limit = robust_limit(measured, config.outlier, LEAST_STABLE)
@@ -181,8 +187,9 @@ def _sample(clip: Clip, points: np.ndarray, frames: np.ndarray, warp: Warp) -> n
 def _gathered(
     tracked: Sequence[_Shapes], chosen: Mapping[int, np.ndarray], textures: Sequence[np.ndarray], mean: np.ndarray,
     config: AAMConfig,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return rows (n, 2P + 3N) float32, shape then texture, of the frames that are not far out, and the mean texture.
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Return rows (n, 2P + 3N) float32, shape then texture, of the frames that are not far out; the mean texture; and
+    which frames of each clip these are.
 
     Each is centred on its clip's mean, or on the mean of all where the settings keep the clips' means.
     """
@@ -201,4 +208,4 @@ def _gathered(
         part[:, width:] = (texture[kept] - texture_centre).reshape(len(part), -1)
         start += len(part)
     rows -= rows.mean(axis=0)  # the chosen frames' own mean is not exactly the clips'
-    return rows, mean_texture
+    return rows, mean_texture, near

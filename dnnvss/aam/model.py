@@ -1,20 +1,23 @@
 """The active appearance model: shape and texture of a face as a few linear parameters."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from dnnvss import files
+from dnnvss.aam.colour import ColourBank, luminance
 from dnnvss.aam.config import AAMConfig
 from dnnvss.aam.mesh import Warp
 from dnnvss.aam.outliers import Limits
+from dnnvss.aam.parts import part_names
 from dnnvss.aam.points import Layout
 from dnnvss.aam.pose import PoseReference, to_image, to_reference
 
-_FORMAT = 1
+_FORMATS = (1, 2)
+"""Written: 1 where no setting needs 2, which brought rigid poses, luminance and parts."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,7 @@ class ActiveAppearanceModel:
         deviations: standard deviation (D,) of each parameter over the frames of the fit.
         spread: robust standard deviation (P, 2) of each coordinate in pixels.
         limits: what a frame may measure before it is an outlier.
+        colours: where a model of luminance takes its colours from; None for one of all channels.
     """
 
     config: AAMConfig
@@ -68,6 +72,7 @@ class ActiveAppearanceModel:
     deviations: np.ndarray
     spread: np.ndarray
     limits: Limits
+    colours: ColourBank | None = None
 
     @cached_property
     def layout(self) -> Layout:
@@ -82,6 +87,8 @@ class ActiveAppearanceModel:
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the parameters, in order."""
+        if self.config.parts:
+            return part_names(self.config.parts, self.layout, self.shape_modes, self.texture_modes, self.warp)
         if self.config.kind == "combined":
             return tuple(f"aam{i + 1:02d}" for i in range(self.size))
         shapes = int((np.abs(self.shape_modes).sum(axis=(1, 2)) > 0).sum())
@@ -99,23 +106,32 @@ class ActiveAppearanceModel:
         The head pose is taken as tracked, and no clip mean is removed; :func:`dnnvss.aam.encode_clip` does both.
         """
         points = np.asarray(points, dtype=np.float64)
-        pose = PoseReference(self.reference.stable, 0.0).poses(points[None, self.layout.stable], np.ones(1, bool), 1.0)
+        pose = replace(self.reference, smoothing=0.0).poses(points[None, self.layout.stable], np.ones(1, bool), 1.0)
         shape = to_reference(points[None, self.layout.rows], pose, self.reference.pivot)
-        texture = self.warp.sample(image, points[self.layout.rows])[None]
+        texture = self.read_texture(image, points[self.layout.rows])[None]
         return self.project(shape - self.mean_shape, texture - self.mean_texture)[0]
+
+    def read_texture(self, image: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return what the model sees (N, 3) of a picture (H, W_, 3) under mesh points (P, 2): grey, if luminance."""
+        texture = self.warp.sample(image, points)
+        return luminance(texture) if self.config.colour == "luminance" else texture
 
     def decode_shape(self, parameters: np.ndarray) -> np.ndarray:
         """Return points (..., P, 2) in the reference frame for parameters (..., D)."""
         return self.mean_shape + np.tensordot(parameters, self.shape_modes, axes=1)
 
     def decode_texture(self, parameters: np.ndarray) -> np.ndarray:
-        """Return textures (..., N, 3) float32, not clipped to 0..255, for parameters (..., D)."""
+        """Return textures (..., N, 3) float32, not clipped to 0..255, for parameters (..., D); luminance is grey."""
         parameters = np.asarray(parameters, dtype=np.float32)
         return self.mean_texture + np.tensordot(parameters, self.texture_modes, axes=1)
 
     def decode(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return points (..., P, 2) in the reference frame and textures (..., N, 3) for parameters (..., D)."""
-        return self.decode_shape(parameters), self.decode_texture(parameters)
+        return self.decode_shape(parameters), self.decode_texture(parameters) + self.colour(parameters)
+
+    def colour(self, parameters: np.ndarray) -> np.ndarray:
+        """Return what is added to the texture for its colour, (..., N, 3) float32; zero if all channels are modelled."""
+        return np.zeros((), dtype=np.float32) if self.colours is None else self.colours.nearest(parameters)
 
     def place(self, points: np.ndarray, pose: np.ndarray) -> np.ndarray:
         """Return reference points (..., P, 2) in picture pixels for poses (..., 4)."""
@@ -139,14 +155,16 @@ class ActiveAppearanceModel:
 
     def save(self, path: str | Path) -> Path:
         """Write the model as ``.npz`` (arrays and a JSON text) and return the path."""
-        text = json.dumps({"format": _FORMAT, "config": self.config.to_dict(), "groups": self.groups,
+        late = set(self.config.to_dict()) - set(AAMConfig().to_dict())
+        colours = {} if self.colours is None else self.colours.arrays()
+        text = json.dumps({"format": 2 if late else 1, "config": self.config.to_dict(), "groups": self.groups,
                            "limits": vars(self.limits), "smoothing": self.reference.smoothing, "scale": self.warp.scale,
                            "shape_weight": self.shape_weight})
         return files.write_arrays(
             path, settings=np.array(text), stable=self.reference.stable, mean_shape=self.mean_shape,
             texture_shape=self.warp.shape, triangles=self.warp.triangles, mean_texture=self.mean_texture,
             shape_modes=self.shape_modes, texture_modes=self.texture_modes, deviations=self.deviations,
-            spread=self.spread)
+            spread=self.spread, **colours)
 
     @classmethod
     def load(cls, path: str | Path) -> "ActiveAppearanceModel":
@@ -161,14 +179,16 @@ class ActiveAppearanceModel:
 def _loaded(path: Path) -> ActiveAppearanceModel:
     arrays = files.read_arrays(path)
     settings = json.loads(str(arrays["settings"]))
-    if settings["format"] != _FORMAT:
-        raise ValueError(f"format {settings['format']}, and this version reads {_FORMAT}")
+    if settings["format"] not in _FORMATS:
+        raise ValueError(f"format {settings['format']}, and this version reads {_FORMATS}")
+    config = AAMConfig.from_dict(settings["config"])
     return ActiveAppearanceModel(
-        AAMConfig.from_dict(settings["config"]), {g: (a, b) for g, (a, b) in settings["groups"].items()},
-        PoseReference(arrays["stable"], settings["smoothing"]), arrays["mean_shape"],
+        config, {g: (a, b) for g, (a, b) in settings["groups"].items()},
+        PoseReference(arrays["stable"], settings["smoothing"], config.alignment == "rigid"), arrays["mean_shape"],
         Warp(arrays["texture_shape"], arrays["triangles"], settings["scale"]), arrays["mean_texture"],
         arrays["shape_modes"], arrays["texture_modes"], settings["shape_weight"], arrays["deviations"],
-        arrays["spread"], Limits(**settings["limits"]))
+        arrays["spread"], Limits(**settings["limits"]),
+        ColourBank.from_arrays(arrays) if config.colour == "luminance" else None)
 
 
 def lip_pairs(shape: np.ndarray, inner: np.ndarray) -> tuple[np.ndarray, int]:

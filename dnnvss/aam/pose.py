@@ -9,11 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 
-def fit_pose(points: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return the poses (F, 4) that carry ``reference`` (P, 2) onto ``points`` (F, P, 2) with least squares."""
+def fit_pose(points: np.ndarray, reference: np.ndarray, rigid: bool = False) -> np.ndarray:
+    """Return the poses (F, 4) that carry ``reference`` (P, 2) onto ``points`` (F, P, 2) with least squares.
+
+    A ``rigid`` pose turns and moves and keeps the scale (Cosker et al. 2004, section 3).
+    """
     centre = points.mean(axis=1)
     target, source = _complex(points - centre[:, None]), _complex(reference - reference.mean(axis=0))
     turn = target @ source.conj() / (np.abs(source) ** 2).sum()
+    if rigid:
+        turn = turn / np.maximum(np.abs(turn), 1e-12)
     return np.column_stack([turn.real, turn.imag, centre])
 
 
@@ -29,7 +34,7 @@ def to_image(points: np.ndarray, pose: np.ndarray, pivot: np.ndarray) -> np.ndar
     return _real(_complex(points - pivot) * turn) + pose[..., None, 2:]
 
 
-def mean_shape(points: np.ndarray, rounds: int = 5) -> np.ndarray:
+def mean_shape(points: np.ndarray, rounds: int = 5, rigid: bool = False) -> np.ndarray:
     """Return the generalised Procrustes mean (P, 2) of shapes (F, P, 2) at their median scale, place and angle.
 
     Each round fits every shape to the mean and averages; the mean then goes back to the median pose.
@@ -37,9 +42,9 @@ def mean_shape(points: np.ndarray, rounds: int = 5) -> np.ndarray:
     mean = np.median(points, axis=0)
     start = mean
     for _ in range(rounds):
-        pose = fit_pose(points, mean)
+        pose = fit_pose(points, mean, rigid)
         mean = np.median(to_reference(points, pose, mean.mean(axis=0)), axis=0)
-    back = fit_pose(start[None], mean)[0]
+    back = fit_pose(start[None], mean, rigid)[0]
     return to_image(mean, back, mean.mean(axis=0))
 
 
@@ -83,10 +88,11 @@ def fill_invalid(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class PoseReference:
-    """The stable points (S, 2) of the reference frame, and how poses are smoothed (seconds)."""
+    """The stable points (S, 2) of the reference frame, how poses are smoothed (seconds), and whether they are rigid."""
 
     stable: np.ndarray
     smoothing: float
+    rigid: bool = False
 
     @property
     def pivot(self) -> np.ndarray:
@@ -100,14 +106,17 @@ class PoseReference:
         """
         if not valid.any():
             return np.tile([1.0, 0.0, *self.pivot], (len(stable), 1))
-        return smooth_pose(fit_pose(stable, self.stable), valid, self.smoothing * rate)
+        pose = smooth_pose(fit_pose(stable, self.stable, self.rigid), valid, self.smoothing * rate)
+        if self.rigid:
+            pose[:, :2] /= np.maximum(np.hypot(pose[:, :1], pose[:, 1:2]), 1e-12)  # the mean of turns is shorter
+        return pose
 
     def residual(self, stable: np.ndarray) -> np.ndarray:
         """Return for each frame the RMS distance (F,) in pixels of stable points (F, S, 2) from the reference.
 
         Points that all lie in one place are infinitely far.
         """
-        pose = fit_pose(stable, self.stable)
+        pose = fit_pose(stable, self.stable, self.rigid)
         flat = np.hypot(pose[:, 0], pose[:, 1]) < 1e-9
         pose[flat, 0] = 1.0
         gap = to_reference(stable, pose, self.pivot) - self.stable

@@ -176,7 +176,7 @@ class Revoicer:
         """Return the frame's canvas (H, W_, 3) uint8 with the new texture laid over it."""
         patch, own = self.patch, self._own(frame)
         light, skin, share = self._light[frame], self.patch.skin, self.patch.share
-        drawn = self.model.decode_texture(parameters) + self.footage.code.texture_offset
+        drawn = self.model.decode(parameters)[1] + self.footage.code.texture_offset
         texture = drawn + light + skin * (own - self._drawn(frame) - light)
         canvas = self._canvases[frame].copy()
         inside = canvas[MARGIN:-MARGIN, MARGIN:-MARGIN].reshape(-1, 3)
@@ -192,7 +192,7 @@ class Revoicer:
     def _drawn(self, frame: int) -> np.ndarray:
         """Return what the model draws (N, 3) for the frame's own parameters."""
         code = self.footage.code
-        return self.model.decode_texture(code.parameters[frame]) + code.texture_offset
+        return self.model.decode(code.parameters[frame])[1] + code.texture_offset
 
     def _lights(self) -> np.ndarray:
         """Return for each frame a plane of light (F, N, 3) in grey levels: what the model leaves out of its skin."""

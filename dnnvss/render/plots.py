@@ -1,6 +1,6 @@
 """Plots: a coefficient over time with its phones, and the modes of a model."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -78,6 +78,30 @@ def plot_modes(path: str | Path, model: ActiveAppearanceModel, count: int = 6, d
             if mode == 0:
                 axes.text(-0.08, 0.5, f"{amount:+.0f} sd" if amount else "mean", transform=axes.transAxes, rotation=90,
                           va="center", ha="right", fontsize=9)
+    return _save(figure, path)
+
+
+def plot_grid(path: str | Path, grids: Mapping[str, np.ndarray], rows: tuple[str, Sequence[Any]],
+              columns: tuple[str, Sequence[Any]]) -> Path:
+    """Write heat maps side by side with their numbers in the cells, and return the path.
+
+    Args:
+        path: the picture.
+        grids: title to values (rows, columns); NaN leaves a cell empty.
+        rows, columns: what they count, and the value of each.
+    """
+    figure = _figure(len(grids) * (1.6 + 0.9 * len(columns[1])), 1.4 + 0.55 * len(rows[1]))
+    for axes, (title, values) in zip(figure.subplots(1, len(grids), squeeze=False)[0], grids.items(), strict=True):
+        shown = axes.imshow(values, cmap="viridis", aspect="auto")
+        digits = max(1, 3 - int(np.log10(max(np.nanmax(np.abs(values)), 1))))
+        for (r, c), value in np.ndenumerate(values):
+            if np.isfinite(value):
+                light = shown.norm(value) > 0.6
+                axes.text(c, r, f"{value:.{digits}f}", ha="center", va="center", fontsize=8,
+                          color="black" if light else "white")
+        axes.set(xticks=range(len(columns[1])), xticklabels=columns[1], xlabel=columns[0],
+                 yticks=range(len(rows[1])), yticklabels=rows[1], ylabel=rows[0])
+        axes.set_title(title, fontsize=10)
     return _save(figure, path)
 
 

@@ -77,6 +77,9 @@ class Renderer:
         for start in range(0, len(parameters), BATCH):
             part = np.asarray(parameters[start:start + BATCH])
             textures = self._constant + part.astype(np.float32) @ self._modes
+            if self.model.colours is not None:
+                coloured = textures.reshape(len(part), -1, 3)
+                coloured[:, self.model.warp.pixels] += self.patch.share * self.model.colour(part)
             textures = np.clip(textures, 0, 255, out=textures).round(out=textures).astype(np.uint8)
             plan = self.painter.plan(self.meshes(part))
             for index, texture in enumerate(textures.reshape(-1, *slot.shape)):
@@ -108,9 +111,12 @@ class Renderer:
         """Return what the model leaves out of the neutral skin, (N, 3): pores and stubble, none near the lips."""
         model, neutral = self.model, self.neutral
         shape = to_reference(neutral.points, neutral.pose, model.reference.pivot) - model.mean_shape
-        texture = model.warp.sample(neutral.image, neutral.points) - model.mean_texture - neutral.texture_offset
-        parameters = model.project((shape - neutral.shape_offset)[None], texture[None])[0]
-        return (texture - np.tensordot(parameters, model.texture_modes, axes=1)) * self.patch.skin
+        still = model.mean_texture + neutral.texture_offset
+        seen = model.read_texture(neutral.image, neutral.points) - still
+        parameters = model.project((shape - neutral.shape_offset)[None], seen[None])[0]
+        texture = model.warp.sample(neutral.image, neutral.points) - still
+        left_out = texture - np.tensordot(parameters, model.texture_modes, axes=1) - model.colour(parameters)
+        return left_out * self.patch.skin
 
     def _result_painter(self) -> Painter:
         """Return the painter of the moving part: model triangles read the canvas, the ring the neutral picture."""

@@ -44,7 +44,7 @@ def patch_frames(model: ActiveAppearanceModel, pictures: Pictures, parameters: n
     left, top, right, bottom = bounds(placed, size)
     painter = Painter(warp.triangles, source, inner, (bottom - top, right - left), outside)
     for start in range(0, len(parameters), BATCH):
-        textures = np.clip(model.decode_texture(parameters[start:start + BATCH]) + pictures.texture_offset, 0, 255)
+        textures = np.clip(model.decode(parameters[start:start + BATCH])[1] + pictures.texture_offset, 0, 255)
         for texture, points in zip(textures.round().astype(np.uint8), placed[start:start + BATCH], strict=True):
             canvas = np.pad(warp.picture(texture, fill=255), ((1, 1), (1, 1), (0, 0)), constant_values=255)
             picture = np.full((size[1], size[0], 3), _GROUND, dtype=np.uint8)
