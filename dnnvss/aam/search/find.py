@@ -70,7 +70,7 @@ def search(model: SearchModel, image: np.ndarray, start: np.ndarray, wide: bool 
             farthest = float(np.abs(moved - points).max())
             points = moved
             iterations += 1
-            if converged := farthest < settings.tolerance / level.scale:
+            if converged := farthest < settings.tolerance:
                 break
     points = points.T * size
     height, width = image.shape[:2]

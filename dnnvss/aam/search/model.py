@@ -1,10 +1,10 @@
 """The search model: shapes, the levels from coarse to fine, and what a frame may measure before it counts as lost."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -41,9 +41,9 @@ class SearchSettings:
     colour: str = "grey"
     shape_variance: float = 0.995
     appearance_variance: float = 0.95
-    shape_prior: float = 300.0
+    shape_prior: float = 200.0
     iterations: int = 12
-    tolerance: float = 0.03
+    tolerance: float = 0.1
     project_out: bool = False
 
     def __post_init__(self) -> None:
@@ -117,7 +117,7 @@ class SearchModel:
         """Write the model as ``.npz`` and return the path."""
         levels = {f"appearance{i}": level.appearance for i, level in enumerate(self.levels)}
         return files.write_arrays(
-            path, format=_FORMAT, settings=np.array(files_text(asdict(self.settings))), mean=self.shapes.mean,
+            path, format=_FORMAT, settings=np.array(json.dumps(asdict(self.settings))), mean=self.shapes.mean,
             modes=self.shapes.modes, deviations=self.shapes.deviations, triangles=self.shapes.triangles,
             scales=np.array([level.scale for level in self.levels]),
             noises=np.array([level.noise for level in self.levels]), patch=self.patch, corner=self.corner,
@@ -133,29 +133,14 @@ class SearchModel:
         arrays = files.read_arrays(path, _REMEDY)
         if int(arrays.get("format", 0)) != _FORMAT:
             raise DnnvssError("is no search model of this version", file=path, remedy=_REMEDY)
-        settings = settings_from(str(arrays["settings"]))
+        plain = json.loads(str(arrays["settings"]))
+        settings = SearchSettings(**{**plain, "scales": tuple(plain["scales"])})
         shapes = Shapes(arrays["mean"], arrays["modes"], arrays["deviations"], arrays["triangles"])
         levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], float(n), settings.shape_prior,
                              settings.project_out)
                        for i, (s, n) in enumerate(zip(arrays["scales"], arrays["noises"], strict=True)))
         return cls(settings, shapes, levels, arrays["patch"], arrays["corner"],
                    Limits(*(float(v) for v in arrays["limits"])))
-
-
-def files_text(settings: Mapping[str, Any]) -> str:
-    """Return settings as one line of JSON."""
-    import json
-
-    return json.dumps(settings)
-
-
-def settings_from(text: str) -> SearchSettings:
-    """Return the settings of a line of JSON, the inverse of :func:`files_text`."""
-    import json
-
-    plain = json.loads(text)
-    return SearchSettings(**{f.name: tuple(plain[f.name]) if f.name == "scales" else plain[f.name]
-                             for f in fields(SearchSettings)})
 
 
 def build(images: Sequence[np.ndarray], points: np.ndarray, settings: SearchSettings, limits: Limits,

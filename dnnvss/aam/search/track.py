@@ -46,19 +46,26 @@ class Track:
         return {name: int((self.flag == i).sum()) for i, name in enumerate(FLAGS)}
 
 
-def track(model: SearchModel, frames: Sequence[np.ndarray]) -> Track:
+def track(model: SearchModel, frames: Sequence[np.ndarray], before: np.ndarray | None = None) -> Track:
     """Return the track of a video's frames (H, W_, 3) uint8 RGB of one size.
 
     The face is looked for in a few frames; from the one that fits best it is followed to the end, then to the
     beginning. A frame counts as lost when its error, its shape or its jump is beyond what labelled frames and faces
     do; the face is then looked for in the whole picture. Where two faces fit about equally and neither continues the
     track, the frames that follow are ambiguous; a frame with points outside the picture, or blurred, is not valid.
+
+    Args:
+        model: the search model.
+        frames: the pictures.
+        before: points (P, 2) of the frame before the first, where it is known: the face is followed from there.
     """
-    seed, found, doubtful = _begin(model, frames)
-    results: dict[int, tuple[Found | None, int]] = {}
-    first = AMBIGUOUS if doubtful else OK
-    for order in (range(seed, len(frames)), range(seed - 1, -1, -1)):
-        results |= _follow(model, frames, order, found, first)
+    if before is not None:
+        results = _follow(model, frames, range(len(frames)), before, OK)
+    else:
+        seed, found, doubtful = _begin(model, frames)
+        last, state = None if found is None else found.points, AMBIGUOUS if doubtful else OK
+        results = _follow(model, frames, range(seed, len(frames)), last, state)
+        results |= _follow(model, frames, range(seed - 1, -1, -1), last, state)
     return _gathered(model, [results[f] for f in range(len(frames))])
 
 
@@ -86,36 +93,36 @@ def _rivals(faces: Sequence[Found]) -> bool:
 
 
 def _follow(
-    model: SearchModel, frames: Sequence[np.ndarray], order: Iterable[int], last: Found | None, state: int
+    model: SearchModel, frames: Sequence[np.ndarray], order: Iterable[int], last: np.ndarray | None, state: int
 ) -> dict[int, tuple[Found | None, int]]:
     """Return frame to what was found and its flag, in an order of neighbouring frames, from the last face seen.
 
     Args:
         model, frames: the search model and the video.
         order: the frames.
-        last: the face seen before them, or in the first of them.
+        last: points (P, 2) of the face seen before them, or in the first of them.
         state: ``AMBIGUOUS`` while the face that is followed may be the wrong one, else ``OK``.
     """
     results: dict[int, tuple[Found | None, int]] = {}
     for frame in order:
-        found = search(model, frames[frame], last.points) if last is not None else None
+        found = search(model, frames[frame], last) if last is not None else None
         flag = judge(model, found) if found is not None else LOST
         if found is None or last is None or flag == LOST or not _continues(found, last):
             found, flag, state = _again(model, frames[frame], last, state)
         results[frame] = found, flag if flag != OK else state
-        last = found if flag in (OK, RESTARTED) else last
+        last = found.points if found is not None and flag in (OK, RESTARTED, BLURRED) else last
     return results
 
 
-def _continues(found: Found, last: Found) -> bool:
+def _continues(found: Found, last: np.ndarray) -> bool:
     """Whether a face has neither jumped nor grown or shrunk at once."""
-    size, before = (float(np.ptp(f.points, axis=0).max()) for f in (found, last))
-    moved = float(np.linalg.norm(found.points.mean(axis=0) - last.points.mean(axis=0)))
+    size, before = (float(np.ptp(p, axis=0).max()) for p in (found.points, last))
+    moved = float(np.linalg.norm(found.points.mean(axis=0) - last.mean(axis=0)))
     return moved < _JUMP * before and 1 / _GROWTH < size / before < _GROWTH
 
 
 def _again(
-    model: SearchModel, image: np.ndarray, last: Found | None, state: int
+    model: SearchModel, image: np.ndarray, last: np.ndarray | None, state: int
 ) -> tuple[Found | None, int, int]:
     """Return what is found in the whole picture, its flag, and the state from there on."""
     sizes = _sizes(model, last)
@@ -133,11 +140,11 @@ def _again(
     return best, judge(model, best) if best is not None else LOST, state
 
 
-def _sizes(model: SearchModel, last: Found | None) -> list[list[float]]:
+def _sizes(model: SearchModel, last: np.ndarray | None) -> list[list[float]]:
     """Return the sizes to try: those about the last seen, then all (an empty list)."""
     if last is None:
         return [[]]
-    size = float(model.shapes.scale(last.points))
+    size = float(model.shapes.scale(last))
     return [[size * s for s in _NEAR], []]
 
 

@@ -1,0 +1,212 @@
+"""``python -m dnnvss.pipeline.track LABELS VIDEOS``: the points of every frame, from about thirty labelled ones.
+
+LABELS is the folder that ``python -m dnnvss.pipeline.label`` made, with every label finished; VIDEOS is a folder of
+videos (or one video). Beside each ``ID.mp4`` is written ``ID.npz`` with ``points`` (F, P, 2), ``valid`` (F,), ``error``
+(F,) and ``flag`` (F,), and ``landmarks.json`` with the groups: what ``python -m data_prep corpus=folder`` reads.
+``tracking/`` holds the search model and the report. A second call tracks only what is new.
+"""
+
+import argparse
+import hashlib
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+from tqdm import tqdm
+
+from dnnvss import files
+from dnnvss.aam.labelling.sheet import Sheet
+from dnnvss.aam.search import (
+    FLAGS,
+    Labelled,
+    SearchModel,
+    SearchSettings,
+    Track,
+    fit_search,
+    gather,
+    retrain,
+    track,
+)
+from dnnvss.corpus import video_frames
+from dnnvss.errors import DnnvssError
+from dnnvss.pipeline.cli import command
+from dnnvss.pipeline.label.choose import find_videos
+
+_MEMORY = 2**29
+"""Bytes of pictures that a worker holds; longer videos are tracked in pieces."""
+_LEARN_FROM = 40
+"""Videos whose confident frames the model is trained on again."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is tracked: the videos below a folder, where points are written, and by how many processes."""
+
+    root: Path
+    videos: tuple[Path, ...]
+    out: Path
+    jobs: int
+
+    def name(self, video: Path) -> str:
+        """Return a video's id: its path below the folder, without suffix."""
+        return video.relative_to(self.root).with_suffix("").as_posix()
+
+    def target(self, video: Path) -> Path:
+        """Return where a video's points are written."""
+        return self.out / f"{self.name(video)}.npz"
+
+
+def track_folder(labels: Path, videos: Path, out: Path | None = None, *, own: int = 0, jobs: int = -1,
+                 settings: SearchSettings | None = None) -> Path:
+    """Write the points of every video and a report, and return the report's path.
+
+    Args:
+        labels: folder of finished labels.
+        videos: folder of videos, or one video.
+        out: where to write; beside the videos where None.
+        own: train again on this many frames that the model found itself, and track all once more; 0 for not.
+        jobs: processes; -1 for all cores.
+        settings: of the search model; the defaults where None.
+
+    Raises:
+        DnnvssError: labels or videos are missing or wrong, or points that this command did not write are in the way.
+    """
+    root = videos if videos.is_dir() else videos.parent
+    job = Job(root, tuple(find_videos(videos)), out or root, jobs)
+    sheet = Sheet.open(labels)
+    _keep_foreign(job)
+    points = sheet.finished()
+    labelled = Labelled([sheet.picture(label) for label in sheet.labels], points)
+    model = fit_search(labelled.images, labelled.points, settings)
+    path = _track_all(job, model, "tracking")
+    if own:
+        several = np.random.default_rng(0).permutation(len(job.videos))[:_LEARN_FROM]
+        found = gather(model, _tracked(job, [job.videos[i] for i in sorted(several)]), own)
+        path = _track_all(job, retrain(model, labelled, found), "tracking again")
+    marks = {"groups": {g: list(r) for g, r in sheet.groups.items()}, "scale": 1}
+    files.write_json(job.out / "landmarks.json", marks)
+    return _report(job, path)
+
+
+def track_video(model: SearchModel, video: Path) -> Track:
+    """Return the track of a video file, however long; it is read in pieces that fit into memory."""
+    tracks: list[Track] = []
+    for frames in _pieces(video):
+        last = tracks[-1] if tracks else None
+        known = last is not None and bool(last.valid[-1])
+        tracks.append(track(model, frames, last.points[-1].astype(np.float64) if last is not None and known else None))
+    return Track(*(np.concatenate([getattr(t, part) for t in tracks]) for part in ("points", "error", "flag")))
+
+
+def _pieces(video: Path) -> Iterator[list[np.ndarray]]:
+    piece: list[np.ndarray] = []
+    for frame in video_frames(video):
+        piece.append(frame)
+        if len(piece) * frame.nbytes >= _MEMORY:
+            yield piece
+            piece = []
+    if piece:
+        yield piece
+
+
+def _keep_foreign(job: Job) -> None:
+    """Refuse to write over landmarks that another program made."""
+    for video in job.videos:
+        if (path := job.target(video)).is_file() and "flag" not in files.read_arrays(path):
+            raise DnnvssError("holds landmarks that this command did not write", file=path,
+                              remedy="Move it away, or write elsewhere with --out")
+
+
+def _track_all(job: Job, model: SearchModel, title: str) -> Path:
+    """Track every video that this very model has not tracked yet; return the model's path."""
+    path = model.save(job.out / "tracking" / "search.npz")
+    key = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    left = [v for v in job.videos if not _done(job.target(v), key)]
+    work = joblib.Parallel(n_jobs=job.jobs, return_as="generator_unordered")
+    with tqdm(total=len(job.videos), initial=len(job.videos) - len(left), desc=title, unit="video") as bar:
+        for _ in work(joblib.delayed(_track_one)(path, key, v, job.target(v)) for v in left):
+            bar.update(1)
+    return path
+
+
+def _done(path: Path, key: str) -> bool:
+    return path.is_file() and str(files.read_arrays(path).get("model")) == key
+
+
+@lru_cache(maxsize=1)
+def _opened(path: Path, key: str) -> SearchModel:  # the key keeps a worker from using an older model of the same path
+    model = SearchModel.load(path)
+    for level in model.levels:
+        level.warm()
+    return model
+
+
+def _track_one(path: Path, key: str, video: Path, target: Path) -> None:
+    found = track_video(_opened(path, key), video)
+    files.write_arrays(target, points=found.points, valid=found.valid, error=found.error, flag=found.flag,
+                       model=np.array(key))
+
+
+def _read(path: Path) -> Track:
+    arrays = files.read_arrays(path)
+    return Track(arrays["points"], arrays["error"], arrays["flag"])
+
+
+def _tracked(job: Job, videos: Sequence[Path]) -> Iterator[tuple[list[np.ndarray], Track]]:
+    for video in videos:
+        yield list(video_frames(video)), _read(job.target(video))
+
+
+def _report(job: Job, model: Path) -> Path:
+    """Write ``report.json``: frames of each flag and the mean error of every video, those with most loss first."""
+    limit = SearchModel.load(model).limits.error
+    rows: list[dict[str, Any]] = []
+    for video in job.videos:
+        found = _read(job.target(video))
+        error = float(found.error[found.valid].mean()) if found.valid.any() else None
+        rows.append({"video": job.name(video), "frames": len(found.flag), "valid": int(found.valid.sum()),
+                     "error": error, **found.counts()})
+    rows.sort(key=lambda r: (r["valid"] / r["frames"], str(r["video"])))
+    total = {name: sum(r[name] for r in rows) for name in ("frames", "valid", *FLAGS)}
+    return files.write_json(job.out / "tracking" / "report.json",
+                            {"limit of the error": limit, "total": total, "videos": rows})
+
+
+def summary(report: Path) -> str:
+    """Return the report as a few lines: totals, and the videos with the most frames that are not valid."""
+    value = files.read_json(report)
+    total = value["total"]
+    lines = [f"{total['valid']} of {total['frames']} frames of {len(value['videos'])} videos are tracked: "
+             + ", ".join(f"{total[name]} {name}" for name in FLAGS)]
+    for row in [r for r in value["videos"] if r["valid"] < r["frames"]][:5]:
+        flags = ", ".join(f"{row[name]} {name}" for name in FLAGS[2:] if row[name])
+        lines.append(f"  {row['video']}: {flags} of {row['frames']} frames")
+    return "\n".join(lines)
+
+
+@command
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Track the videos, print the report and return 0."""
+    parser = argparse.ArgumentParser(prog="python -m dnnvss.pipeline.track", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("labels", type=Path, metavar="LABELS", help="folder of finished labels")
+    parser.add_argument("videos", type=Path, metavar="VIDEOS", help="folder of videos, or one video")
+    parser.add_argument("--out", type=Path, help="where to write; beside the videos unless given")
+    parser.add_argument("--own", type=int, default=0, metavar="N",
+                        help="train again on N confident frames of the model's own, and track again; 0 for not")
+    parser.add_argument("--colour", choices=("grey", "rgb"), default=SearchSettings.colour, help="what is searched in")
+    parser.add_argument("--jobs", type=int, default=-1, help="processes; -1 for all cores")
+    options = parser.parse_args(arguments)
+    report = track_folder(options.labels, options.videos, options.out, own=options.own, jobs=options.jobs,
+                          settings=SearchSettings(colour=options.colour))
+    print(f"{summary(report)}\nwrote {report}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
