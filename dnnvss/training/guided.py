@@ -122,7 +122,7 @@ class GuidedCodebook(VisualModel):
         back: list[np.ndarray] = []
         for (before, _), (entries, costs) in pairwise(rows):
             ends, starts = self._samples[before, -1], self._samples[entries, 0]
-            jumps = ((ends[:, None] - starts[None]) ** 2).sum(axis=2)
+            jumps = (ends**2).sum(axis=1)[:, None] + (starts**2).sum(axis=1) - 2 * ends @ starts.T
             steps = total[:, None] + self.join * jumps
             back.append(steps.argmin(axis=0))
             total = steps.min(axis=0) + costs
