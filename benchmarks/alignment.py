@@ -6,7 +6,8 @@
 Each engine speaks the sentences in a voice and a time of its own (the formant voice in the durations of the built-in
 talker); the aligner gets the sound, the words and the pronunciations of the lexicon. An error is the distance between
 the start of a phone as heard and as spoken, first by the aligner for everybody, then by the engine's own voice learnt
-from all its sentences, as a corpus is aligned (``data_prep``); where the sound chose another pronunciation, the phones
+from all its sentences, as a corpus is aligned (``data_prep``), which also decides about sentences that the first one
+refused; where the sound chose another pronunciation, the phones
 that the two share count, in order. The sentences are read from a file in which a row holds category, variant and text.
 
 What must be refused: the words of the next sentence (mismatched), the first half of the sound (truncated), white noise
@@ -15,7 +16,7 @@ as strong as the speech (0 dB), no sound (empty) and zeros (silent).
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,17 +25,17 @@ import numpy as np
 from scipy.signal import resample_poly
 from tqdm import tqdm
 
-from data_prep.adapt import LATE, own_voice
+from data_prep.adapt import Hearing, hear, own_voice
 from dnnvss.corpus import Utterance
 from dnnvss.corpus.talker.durations import speak
 from dnnvss.corpus.talker.grammar import compose
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCE, SILENCES
-from dnnvss.speech.align import Word, align
-from dnnvss.speech.align_adapt import segment
+from dnnvss.speech.align import UnfitError, Word, align
+from dnnvss.speech.align_adapt import Voice
+from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_features import cepstra
 from dnnvss.speech.align_sphinx import RATE
-from dnnvss.speech.align_tiers import tiers
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.engines import ENGINES, find_engine
 from dnnvss.text.score import read_cases
@@ -79,39 +80,44 @@ def _phones(alignment: Alignment) -> list[Segment]:
     return [s for s in alignment["phones"] if s.label not in SILENCES]
 
 
-def accuracy(engine: str, cases: Sequence[Spoken]) -> list[str]:
-    """Return the engine's rows of the table: the aligner for everybody, then the engine's own voice."""
-    first: dict[int, Alignment] = {}
+def accuracy(engine: str, cases: Sequence[Spoken]) -> tuple[list[str], Voice]:
+    """Return the engine's rows of the table, the aligner for everybody and the engine's own voice, and that voice."""
+    first, found = dict[int, Alignment](), dict[int, Alignment]()
     for k, case in enumerate(tqdm(cases, engine, leave=False)):
         try:
-            first[k] = align(case.sound, case.words).alignment
+            first[k] = align(case.sound, case.words, sharp=False).alignment
+            found[k] = sharpened(first[k], case.sound)
         except DnnvssError as error:
             print(f"  unaligned: {error.problem}")
-    kept = [cases[k] for k in first]
-    again = heard_by_own_voice(kept, list(first.values()))
-    return [_row(name, found, kept, len(cases))
-            for name, found in ((engine, list(first.values())), (f"{engine}, own voice", again))]
+    voice = voice_of(cases, first)
+    again = {}
+    for k, case in enumerate(tqdm(cases, f"{engine}, own voice", leave=False)):
+        heard = hear(voice, case.sound, case.words)
+        if k in first or heard.trusted:
+            again[k] = heard.tiers([w for w, _ in case.words], len(case.sound) / RATE)
+        else:
+            print(f"  unaligned by the own voice: {_fits(heard)}")
+    return [_row(engine, found, cases), _row(f"{engine}, own voice", again, cases)], voice
 
 
-def _row(name: str, found: Sequence[Alignment], cases: Sequence[Spoken], asked: int) -> str:
-    pairs = [errors(a, case.truth) for a, case in zip(found, cases, strict=True)]
+def _fits(heard: Hearing) -> str:
+    return f"fit {np.mean(heard.fits):.1f}, worst word {min(heard.fits):.1f}, worst silence {heard.silence:.1f}"
+
+
+def _row(name: str, found: Mapping[int, Alignment], cases: Sequence[Spoken]) -> str:
+    pairs = [errors(a, cases[k].truth) for k, a in found.items()]
     late = 1000 * np.concatenate([d for d, _ in pairs])
     far, compared = 100 * (np.abs(late) > 25).mean(), 100 * len(late) / sum(n for _, n in pairs)
-    return (f"| {name} | {asked} | {asked - len(found)} | {np.abs(late).mean():.1f} | {np.median(late):+.1f} "
+    return (f"| {name} | {len(cases)} | {len(cases) - len(found)} | {np.abs(late).mean():.1f} | {np.median(late):+.1f} "
             f"| {far:.1f} | {compared:.1f} |")
 
 
-def heard_by_own_voice(cases: Sequence[Spoken], first: list[Alignment]) -> list[Alignment]:
-    """Return the sentences aligned by the voice that is learnt from their first alignment."""
-    features = [cepstra(case.sound) for case in cases]
-    tasks: list[dict[str, Any]] = [{"words": case.words, "bounds": None} for case in cases]
+def voice_of(cases: Sequence[Spoken], first: Mapping[int, Alignment]) -> Voice:
+    """Return the voice that is learnt from the first alignment of those cases that have one."""
+    features = [cepstra(cases[k].sound) for k in first]
+    tasks: list[dict[str, Any]] = [{"words": cases[k].words, "bounds": None} for k in first]
     phones = (*sorted({p for case in cases for _, ways in case.words for way in ways for p in way}), SILENCE)
-    voice = own_voice(phones, features, first, tasks)
-    sentences = [[ways for _, ways in case.words] for case in cases]
-    found = [segment(voice, [f], [s], [None])[0][0] for f, s in zip(features, sentences, strict=True)]
-    earlier = [[(phone, word, max(a - LATE, 0.0), b - LATE) for phone, word, a, b in pieces] for pieces in found]
-    return [tiers(pieces, [w for w, _ in case.words], len(case.sound) / RATE)
-            for pieces, case in zip(earlier, cases, strict=True)]
+    return own_voice(phones, features, list(first.values()), tasks)
 
 
 def _noisy(sound: np.ndarray) -> np.ndarray:
@@ -128,19 +134,29 @@ SPOILT: dict[str, Callable[[Spoken, Spoken], tuple[np.ndarray, list[Word]]]] = {
 }
 
 
-def refusals(engine: str, cases: Sequence[Spoken]) -> str:
-    """Return how many of the spoilt cases of each kind were refused."""
-    refused: Counter[str] = Counter()
+def refusals(engine: str, cases: Sequence[Spoken], voice: Voice) -> str:
+    """Return how many of the spoilt cases of each kind were refused, by the aligner for everybody and in the end.
+
+    In the preparation of a corpus words that do not fit get a second chance with the talker's own voice.
+    """
+    refused, twice = Counter[str](), Counter[str]()
     for kind, spoil in SPOILT.items():
         pairs = list(zip(cases, [*cases[1:], cases[0]], strict=True))
         for this, other in tqdm(pairs, f"{engine}, {kind}", leave=False):
+            sound, words = spoil(this, other)
             try:
-                found = align(*spoil(this, other))
+                found = align(sound, words, sharp=False)
+                print(f"  {kind}, taken for {' '.join(w for w, _ in words)!r}: {np.round(found.scores).tolist()}")
+            except UnfitError:
+                refused[kind] += 1
+                heard = hear(voice, sound, words)
+                twice[kind] += not heard.trusted
+                if heard.trusted:
+                    print(f"  {kind}, trusted by the own voice: {_fits(heard)}")
             except DnnvssError:
                 refused[kind] += 1
-                continue
-            print(f"  {kind}, taken for {' '.join(w for w, _ in this.words)!r}: {np.round(found.scores).tolist()}")
-    return f"| {engine} | " + " | ".join(f"{refused[kind]}/{len(cases)}" for kind in SPOILT) + " |"
+                twice[kind] += 1
+    return f"| {engine} | " + " | ".join(f"{refused[k]}, {twice[k]} of {len(cases)}" for k in SPOILT) + " |"
 
 
 def main() -> None:
@@ -158,9 +174,10 @@ def main() -> None:
             print(f"{name} is left out: {reason}")
             continue
         cases = list(spoken_by(name, sentences))
-        rows += accuracy(name, cases)
-        print("\n".join(rows[-2:]), flush=True)
-        refused += [refusals(name, cases[: chosen.refusals])] if chosen.refusals else []
+        own, voice = accuracy(name, cases)
+        rows += own
+        print("\n".join(own), flush=True)
+        refused += [refusals(name, cases[: chosen.refusals], voice)] if chosen.refusals else []
     print("\n| engine | sentences | unaligned | mean absolute error, ms | median, ms | over 25 ms, % "
           "| phones compared, % |")
     print("\n".join(["|---|---|---|---|---|---|---|", *rows]))

@@ -1,6 +1,7 @@
 """The corpus's own aligner: the talker's phones learnt from the first alignment, and every recording aligned anew."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,11 @@ from tqdm import tqdm
 from data_prep.align import lateness
 from data_prep.stages import FOLDER, Workshop, fingerprint
 from dnnvss.corpus import read_audio
+from dnnvss.errors import DnnvssError
 from dnnvss.formats import spanning
 from dnnvss.phones import SHORT_PAUSE, SILENCE, SILENCES
 from dnnvss.speech.align_adapt import Voice, first_states, learn, segment
-from dnnvss.speech.align_features import cepstra
+from dnnvss.speech.align_features import HOP, RATE, cepstra
 from dnnvss.speech.align_tiers import Piece, tiers
 from dnnvss.timing import Alignment
 
@@ -37,6 +39,10 @@ SLACK = 0.2
 LATE = 0.004
 """Seconds by which edges between the talker's own phones are heard late: the median against the known phone times of
 three synthetic voices (300 sentences) was -2, 5 and 9 ms."""
+
+TRUSTED_MEAN, TRUSTED_WORD, TRUSTED_SILENCE = -3.0, -12.0, -6.0
+"""Fits of an utterance, of a word and of a silence from which the talker's own voice is believed against the aligner
+for everybody."""
 
 _TOGETHER = 32
 """Clips that are segmented side by side."""
@@ -96,12 +102,48 @@ def _pieces(alignment: Alignment) -> list[Piece]:
     return [(labels.get(s.label, s.label), -1, s.start, s.end) for s in alignment["phones"]]
 
 
+@dataclass(frozen=True)
+class Hearing:
+    """What the talker's own voice hears in a recording.
+
+    Args:
+        pieces: phones and silences in turn.
+        fits: of each word, the mean over its frames of the log likelihood of its state less that of the best state: 0
+            where nothing would fit better.
+        silence: the least fit of a silence of 0.1 s or more, 0 where there is none.
+    """
+
+    pieces: tuple[Piece, ...]
+    fits: tuple[float, ...]
+    silence: float
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the words fit so well that a refusal by the aligner for everybody does not count."""
+        return bool(np.mean(self.fits) >= TRUSTED_MEAN and min(self.fits) >= TRUSTED_WORD
+                    and self.silence >= TRUSTED_SILENCE)
+
+    def tiers(self, words: Sequence[str], duration: float) -> Alignment:
+        """Return the tiers ``phones`` and ``words`` of a recording of that many seconds."""
+        return tiers([(phone, word, max(a - LATE, 0.0), b - LATE) for phone, word, a, b in self.pieces], words,
+                     duration)
+
+
+def hear(voice: Voice, sound: np.ndarray, words: Words, bounds: list[tuple[float, float]] | None = None) -> Hearing:
+    """Return what a voice hears in sound (n,) at 16 kHz in which these words were said."""
+    [(pieces, _, fit)] = segment(voice, [cepstra(sound)], [[ways for _, ways in words]], [bounds], SLACK)
+    spans = [(phone, word, slice(round(a / HOP), round(b / HOP))) for phone, word, a, b in pieces]
+    owner = np.full(len(fit), -1)
+    for _, word, span in spans:
+        owner[span] = word
+    silences = [float(fit[s].mean()) for _, word, s in spans if word < 0 and s.stop - s.start >= 0.1 / HOP]
+    fits = tuple(round(float(fit[owner == k].mean()), 2) for k in range(len(words)))
+    return Hearing(tuple(pieces), fits, min(silences, default=0.0))
+
+
 def heard_again(name: str, out: Path, voice: str, audio: Path, words: Words, bounds: list[tuple[float, float]],
                 frames: int, rate: str, scores: list[float], attempt: str) -> dict[str, Any]:
     """Return the alignment by the talker's own voice, as plain containers, with the fit of each word.
-
-    The fit is the mean over a word's frames of the log likelihood of its state less that of the best state: 0 where
-    nothing would fit better.
 
     Args:
         name: the utterance id.
@@ -115,13 +157,37 @@ def heard_again(name: str, out: Path, voice: str, audio: Path, words: Words, bou
     """
     del name
     sound = read_audio(audio)
-    [(pieces, _, fit)] = segment(Voice.read(out / voice), [cepstra(sound)], [[ways for _, ways in words]],
-                                 [bounds or None], SLACK)
-    earlier = [(phone, word, max(start - LATE, 0.0), end - LATE) for phone, word, start, end in pieces]
-    whole = spanning(tiers(earlier, [w for w, _ in words], len(sound) / 16000), float(frames / Fraction(rate)))
-    owner = np.full(len(fit), -1)
-    for _, word, start, end in pieces:
-        owner[round(start * 200) : round(end * 200)] = word
-    fits = [round(float(fit[owner == k].mean()), 2) for k in range(len(words))]
-    return {"alignment": whole.to_json(), "scores": scores, "attempt": attempt, "fit": fits,
+    found = hear(Voice.read(out / voice), sound, words, bounds or None)
+    return _result(found, words, len(sound) / RATE, bounds, float(frames / Fraction(rate)), scores, attempt)
+
+
+def heard_at_last(name: str, out: Path, refused: str, voice: str, audio: Path, words: Words,
+                  bounds: list[tuple[float, float]], frames: int, rate: str) -> dict[str, Any]:
+    """Return what :func:`heard_again` does, of an utterance that the aligner for everybody refused.
+
+    Args:
+        name, out, voice, audio, words, bounds, frames, rate: as there.
+        refused: why it was refused.
+
+    Raises:
+        DnnvssError: the talker's own voice does not trust these words either, or never spoke their phones.
+    """
+    sound, own = read_audio(audio), Voice.read(out / voice)
+    words = [(word, [way for way in ways if set(way) <= set(own.phones)]) for word, ways in words]
+    if new := [word for word, ways in words if not ways]:
+        raise DnnvssError(f"{refused}; its word {new[0]!r} has phones of its own", utterance=name,
+                          remedy="Give the words that were said, all of them, and a recording without noise")
+    found = hear(own, sound, words, bounds or None)
+    if not found.trusted:
+        raise DnnvssError(f"{refused}; by the talker's own voice neither (fit {np.mean(found.fits):.1f}, worst word "
+                          f"{min(found.fits):.1f}, worst silence {found.silence:.1f})", utterance=name,
+                          remedy="Give the words that were said, all of them, and a recording without noise")
+    duration = float(frames / Fraction(rate))
+    return _result(found, words, len(sound) / RATE, bounds, duration, [], "the talker's own voice")
+
+
+def _result(found: Hearing, words: Words, heard: float, bounds: list[tuple[float, float]], duration: float,
+            scores: list[float], attempt: str) -> dict[str, Any]:
+    whole = spanning(found.tiers([w for w, _ in words], heard), duration)
+    return {"alignment": whole.to_json(), "scores": scores, "attempt": attempt, "fit": list(found.fits),
             "late": lateness(whole, bounds)}

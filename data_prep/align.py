@@ -8,7 +8,8 @@ from typing import Any
 from dnnvss.corpus import read_audio
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning
-from dnnvss.speech.align import align
+from dnnvss.speech.align import UnfitError, align
+from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_words import words_over
 from dnnvss.timing import Alignment, Tier
 
@@ -16,6 +17,9 @@ from dnnvss.timing import Alignment, Tier
 def heard(name: str, out: Path, audio: Path, words: list[tuple[str, list[tuple[str, ...]]]],
           bounds: list[tuple[float, float]], slack: float, frames: int, rate: str) -> dict[str, Any]:
     """Return the alignment that the aligner heard, as plain containers, with its scores.
+
+    Its edges are the aligner's own: the talker's voice is learnt from them, or :func:`sharp` moves them. Words that do
+    not fit the sound give ``{"dropped": message, "unfit": reason}``: the talker's voice may know better.
 
     Args:
         name: the utterance id.
@@ -27,15 +31,25 @@ def heard(name: str, out: Path, audio: Path, words: list[tuple[str, list[tuple[s
         frames, rate: of the video; the alignment ends where it ends.
 
     Raises:
-        DnnvssError: these words are not in this sound.
+        DnnvssError: there is no speech in this sound, or no word.
     """
     try:
-        found = align(read_audio(audio), words, bounds or None, slack)
+        found = align(read_audio(audio), words, bounds or None, slack, sharp=False)
+    except UnfitError as error:
+        message = str(DnnvssError(error.problem, utterance=name, remedy=error.remedy))
+        return {"dropped": message, "unfit": error.problem}
     except DnnvssError as error:
         raise DnnvssError(error.problem, utterance=name, remedy=error.remedy) from error
     whole = spanning(found.alignment, float(frames / Fraction(rate)))
     return {"alignment": whole.to_json(), "scores": [round(s, 2) for s in found.scores], "attempt": found.attempt,
             "late": lateness(whole, bounds)}
+
+
+def sharp(name: str, out: Path, audio: Path, first: dict[str, Any],
+          bounds: list[tuple[float, float]]) -> dict[str, Any]:
+    """Return the result of :func:`heard` with its edges where the sound changes; ``name`` and ``out`` are not used."""
+    whole = sharpened(Alignment.from_json(first["alignment"]), read_audio(audio))
+    return first | {"alignment": whole.to_json(), "late": lateness(whole, bounds)}
 
 
 def lateness(alignment: Alignment, bounds: Sequence[tuple[float, float]]) -> list[float]:

@@ -9,8 +9,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from data_prep.adapt import heard_again, learn_voice
-from data_prep.align import given, heard
+from data_prep.adapt import heard_again, heard_at_last, learn_voice
+from data_prep.align import given, heard, sharp
 from data_prep.landmarks import read_raw, write_clean
 from data_prep.media import media
 from data_prep.report import Outcome, counts, write_report
@@ -247,19 +247,30 @@ def _aligned(run: Preparation, made: Results, late: Mapping[str, float]) -> Resu
     """Return the phone times of every utterance: from the user's file, or heard, twice where a voice can be learnt."""
     given_tasks, tasks = _alignment_tasks(run, made, late)
     results = run.take(run.shop.run("given alignment", given, given_tasks)) if given_tasks else {}
-    first = run.take(run.shop.run("alignment", heard, tasks, ALIGNER)) if tasks else {}
-    bare = {n: {k: v for k, v in t.items() if k != "slack"} for n, t in tasks.items() if n in first}
-    voice = learn_voice(run.shop, bare, first) if run.recipe.adapt else None
-    if voice is not None:
+    tried = run.shop.run("alignment", heard, tasks, ALIGNER) if tasks else {}
+    first = {n: result for n, result in tried.items() if "dropped" not in result}
+    bare = {n: {k: v for k, v in t.items() if k != "slack"} for n, t in tasks.items()}
+    voice = learn_voice(run.shop, {n: bare[n] for n in first}, first) if run.recipe.adapt else None
+    if voice is None:
+        first = run.take({n: r for n, r in tried.items() if n not in first}) | _sharp(run, bare, first)
+    else:
         own = str(voice.relative_to(run.shop.out))
-        again = {n: {**t, "voice": own, "scores": first[n]["scores"], "attempt": first[n]["attempt"]}
-                 for n, t in bare.items()}
-        first = run.take(run.shop.run("own voice", heard_again, again, ALIGNER))
+        again = {n: {**bare[n], "voice": own, "scores": r["scores"], "attempt": r["attempt"]} for n, r in first.items()}
+        last = {n: {**bare[n], "voice": own, "refused": r["unfit"]} for n, r in tried.items() if "unfit" in r}
+        run.take({n: r for n, r in tried.items() if n not in first and n not in last})
+        first = run.take(run.shop.run("own voice", heard_again, again, ALIGNER)
+                         | run.shop.run("second chance", heard_at_last, last, ALIGNER))
     for name, result in first.items():
         run.outcomes[name].notes += _doubts(result, [w for w, _ in tasks[name]["words"]], run.recipe.far)
         if (fit := float(np.mean(result.get("fit") or [0.0]))) < WRONG:
             run.drop(name, f"its text is not what the talker says (fit {fit:.1f}, {WRONG:g} at least)")
     return results | first
+
+
+def _sharp(run: Preparation, tasks: Mapping[str, dict[str, Any]], first: Results) -> Results:
+    """Return the alignments with their edges where the sound changes: no voice of the talker's puts them right."""
+    kept = {n: {"audio": tasks[n]["audio"], "first": r, "bounds": tasks[n]["bounds"]} for n, r in first.items()}
+    return run.shop.run("sharp", sharp, kept, ALIGNER)
 
 
 def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]

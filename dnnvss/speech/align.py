@@ -7,6 +7,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.speech.align_doubt import DOUBTFUL, Word, doubt, levels, noisy, score
+from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_sphinx import RATE, decode
 from dnnvss.speech.align_tiers import tiers
 from dnnvss.timing import Alignment
@@ -20,6 +21,10 @@ _NOT_FOUND = "was not found in the sound"
 
 _LEAST = 0.03
 """Seconds that a phone takes at least: three frames of the acoustic model."""
+
+
+class UnfitError(DnnvssError):
+    """The words do not fit the sound, as far as this aligner can tell."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class Aligned:
 
 
 def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float, float]] | None = None,
-          slack: float = 0.25) -> Aligned:
+          slack: float = 0.25, sharp: bool = True) -> Aligned:
     """Return the phones and words of a recording, in time.
 
     Each attempt is two passes of pocketsphinx over a stretch of the sound; the first one that finds all words with a
@@ -51,10 +56,12 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
         words: each word with its pronunciations; the sound chooses among them.
         bounds: start and end in seconds of each word, where they are known (to within ``slack``).
         slack: seconds of sound kept on either side of the spoken part.
+        sharp: move edges to where the sound changes (:mod:`dnnvss.speech.align_edges`); for an alignment that a voice
+            is learnt from, the aligner's own edges serve.
 
     Raises:
-        DnnvssError: no word, no sound, less sound than the words need, speech that drowns in noise, or words that are
-            not in the sound.
+        DnnvssError: no word, no sound, less sound than the words need, or speech that drowns in noise.
+        UnfitError: words that are not in the sound.
     """
     _check(audio, words)
     said = " ".join(word for word, _ in words)
@@ -71,11 +78,12 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
         if not why:
             pieces = [(h.phone, h.word, h.start + start, h.end + start) for h in heard]
             scores = tuple(score([h for h in heard if h.word == k]) for k in range(len(words)))
-            return Aligned(tiers(pieces, [word for word, _ in words], len(audio) / RATE), scores, attempt)
+            found = tiers(pieces, [word for word, _ in words], len(audio) / RATE)
+            return Aligned(sharpened(found, audio) if sharp else found, scores, attempt)
         reasons.append(why)
     why = next((r for r in reasons if r != _NOT_FOUND), _NOT_FOUND)
-    raise DnnvssError(f"the text {said!r} {why}", remedy="Give the words that were said, all of them, and a recording "
-                      "without noise")
+    raise UnfitError(f"the text {said!r} {why}",
+                remedy="Give the words that were said, all of them, and a recording without noise")
 
 
 def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
@@ -112,4 +120,4 @@ def spoken_part(audio: np.ndarray) -> tuple[float, float]:
     return (loud[0] * 0.01, (loud[-1] + 1) * 0.01) if len(loud) else (0.0, len(audio) / RATE)
 
 
-__all__ = ["DOUBTFUL", "QUIET", "Aligned", "Word", "align", "spoken_part"]
+__all__ = ["DOUBTFUL", "QUIET", "Aligned", "UnfitError", "Word", "align", "spoken_part"]

@@ -13,21 +13,30 @@ from dnnvss.speech.align_sphinx import EDGE, RATE, STEP, Heard, free_scores
 Word = tuple[str, Sequence[tuple[str, ...]]]
 """A word as it is to be written in the tier, and its pronunciations, best first."""
 
-WORDS_BELOW, WORD_BELOW, SILENCE_BELOW = -48.0, -110.0, -45.0
+WORDS_BELOW, WORD_BELOW, SILENCE_BELOW = -55.0, -110.0, -45.0
 """Log scores a frame below which words are not what was said: the mean over all words, one word, one silence.
 
-Right words have means from -30 to -8 (eSpeak NG's voice: 98 of 100 sentences above -48), worst words down to -92, worst
-silences down to -37. Sentences of other words that are found at all have means about -55, speech that the text leaves
-out gives silences about -60."""
+Right words have means from -30 to -8 (eSpeak NG's voices down to -52), worst words down to -92, worst silences of some
+length down to -37. Sentences of other words that are found at all have means from -52, speech that the text leaves out
+gives silences from -90 to -38."""
+
+SHORT = 0.16
+"""Seconds up to which a silence is not judged: stops and pauses of some voices sound there. A word that the text leaves
+out takes 0.19 s and more."""
 
 DOUBTFUL = -30.0
 """Mean log score a frame below which the sound is compared with the phones that fit it best, whatever they are; also
 the score of a word that may be wrong in an alignment that is accepted."""
 
-_BEHIND, _WORD_BEHIND = -28.0, -83.0
-"""By how much doubtful words may lag behind the best phones, in log score a frame: the mean, and one word."""
+_BEHIND, _FAR_BEHIND = -28.0, -31.0
+"""By how much doubtful words may lag behind the best phones in the mean, in log score a frame: where one word lags by
+more than :data:`_WORD_HINT`, and at all."""
 
-_PHONE_BEHIND, _SHARE_BEHIND, _LAGGING = -40.0, 0.38, -18.0
+_WORD_HINT, _WORD_BEHIND = -50.0, -83.0
+"""By how much one doubtful word may lag: where the mean is behind too, and at all. Right words that are behind
+have -45 and more in one of the attempts, of the words of another sentence one has -51 or less."""
+
+_PHONE_BEHIND, _SHARE_BEHIND, _LAGGING = -40.0, 0.4, -18.0
 """A phone lags if it is behind by more than the first number; doubtful words are wrong if more than the second, a share
 of their phones, lag and their mean is behind by more than the third."""
 
@@ -69,7 +78,7 @@ def doubt(heard: Sequence[Heard], words: Sequence[Word], audio: np.ndarray, star
         if own < WORD_BELOW:
             return f"does not fit the sound at the word {word!r} (score {own:.0f} a frame)"
     for pause in heard:
-        if pause.word < 0 and pause.end - pause.start > 0.1 and score([pause]) < SILENCE_BELOW:
+        if pause.word < 0 and pause.end - pause.start > SHORT and score([pause]) < SILENCE_BELOW:
             return f"leaves out what is said from {start + pause.start:.2f} to {start + pause.end:.2f} s"
     return ""
 
@@ -82,8 +91,9 @@ def _behind(spoken: Sequence[Heard], words: int, audio: np.ndarray) -> bool:
     lag = np.array([h.score - (free[b] - free[a]) for h, (a, b) in zip(spoken, edges, strict=True)])
     owner = np.array([h.word for h in spoken])
     word_lag = np.bincount(owner, lag, words) / np.bincount(owner, frames, words)
-    mean, share = lag.sum() / frames.sum(), (lag / frames < _PHONE_BEHIND).mean()
-    return bool(mean < _BEHIND or word_lag.min() < _WORD_BEHIND or (mean < _LAGGING and share > _SHARE_BEHIND))
+    mean, share, word = lag.sum() / frames.sum(), (lag / frames < _PHONE_BEHIND).mean(), word_lag.min()
+    return bool(mean < _FAR_BEHIND or word < _WORD_BEHIND or (mean < _BEHIND and word < _WORD_HINT)
+                or (mean < _LAGGING and share > _SHARE_BEHIND))
 
 
 def score(heard: Sequence[Heard]) -> float:
