@@ -1,8 +1,8 @@
 """Luminance alone is modelled, and the colour is that of the nearest training frame.
 
-**Source**: Cosker et al. 2004, sections 3 and 5: pictures in YIQ, Y modelled, I and Q added from the training frame that
-is nearest to the drawn one. Here the colour is kept as R - Y, G - Y, B - Y, which is I and Q in another basis; about the
-mean of its clip, so that a clip's white balance does not flicker into the speech.
+**Source**: Cosker et al. 2004, sections 3 and 5: pictures in YIQ, Y modelled, I and Q added from the training frame
+that is nearest to the drawn one. Here the colour is kept as R - Y, G - Y, B - Y, which is I and Q in another basis;
+about the mean of its clip, so that a clip's white balance does not flicker into the speech.
 """
 
 from collections.abc import Sequence

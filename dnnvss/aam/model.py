@@ -130,7 +130,7 @@ class ActiveAppearanceModel:
         return self.decode_shape(parameters), self.decode_texture(parameters) + self.colour(parameters)
 
     def colour(self, parameters: np.ndarray) -> np.ndarray:
-        """Return what is added to the texture for its colour, (..., N, 3) float32; zero if all channels are modelled."""
+        """Return what is added to a texture for its colour, (..., N, 3) float32; zero if all channels are modelled."""
         return np.zeros((), dtype=np.float32) if self.colours is None else self.colours.nearest(parameters)
 
     def place(self, points: np.ndarray, pose: np.ndarray) -> np.ndarray:

@@ -48,7 +48,7 @@ class PointSet:
 
     @classmethod
     def from_dict(cls, value: Mapping[str, Any]) -> "PointSet":
-        """Return the set that plain containers (YAML) describe.
+        """Return the set that plain containers (YAML) describe; a group of ``None`` is left out.
 
         Raises:
             DnnvssError: an unknown key, or a choice that is neither ``all`` nor a list of whole numbers.
@@ -59,7 +59,8 @@ class PointSet:
         plain = dict(value)
         for key in ("points", "stable"):
             if key in plain:
-                plain[key] = {group: _choice(group, choice) for group, choice in plain[key].items()}
+                named = {group: choice for group, choice in plain[key].items() if choice is not None}
+                plain[key] = {group: _choice(group, choice) for group, choice in named.items()}
         if "eyes" in plain:
             plain["eyes"] = tuple(plain["eyes"])
         return cls(**plain)

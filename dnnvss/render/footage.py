@@ -101,12 +101,14 @@ class Revoicer:
         footage: what to draw into; all its frames valid.
         order: the frame of the footage (T,) that each picture shows (see :func:`walk`).
         scale: size of the result over the size of the footage.
+        own_detail: keep what the model leaves out of the frame's skin, and its light; without, the model alone is seen.
 
     Raises:
         DnnvssError: the footage was encoded with another model.
     """
 
-    def __init__(self, model: ActiveAppearanceModel, footage: Footage, order: np.ndarray, scale: float = 1.0) -> None:
+    def __init__(self, model: ActiveAppearanceModel, footage: Footage, order: np.ndarray, scale: float = 1.0,
+                 own_detail: bool = True) -> None:
         code = footage.code
         if code.texture_offset.shape != model.mean_texture.shape or code.parameters.shape[1] != model.size:
             raise DnnvssError("was encoded with another model", file=footage.source, remedy="Encode it again")
@@ -116,7 +118,8 @@ class Revoicer:
         self._ring = self.patch.around(self._points)
         self._canvases = np.stack([self.patch.canvas(*frame) for frame in
                                    zip(footage.images, self._points, self._ring, code.pose, strict=True)])
-        self._light = self._lights()
+        self._light = self._lights() * own_detail
+        self._skin = self.patch.skin * own_detail
 
     @property
     def size(self) -> tuple[int, int]:
@@ -175,7 +178,7 @@ class Revoicer:
     def _canvas(self, frame: int, parameters: np.ndarray) -> np.ndarray:
         """Return the frame's canvas (H, W_, 3) uint8 with the new texture laid over it."""
         patch, own = self.patch, self._own(frame)
-        light, skin, share = self._light[frame], self.patch.skin, self.patch.share
+        light, skin, share = self._light[frame], self._skin, self.patch.share
         drawn = self.model.decode(parameters)[1] + self.footage.code.texture_offset
         texture = drawn + light + skin * (own - self._drawn(frame) - light)
         canvas = self._canvases[frame].copy()

@@ -11,6 +11,7 @@ from dnnvss import files
 from dnnvss.aam import ActiveAppearanceModel
 from dnnvss.errors import DnnvssError
 from dnnvss.render.painter import Painter
+from dnnvss.render.patch import Patch
 from dnnvss.timing import FrameClock, Tier
 
 _COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
@@ -61,6 +62,38 @@ def plot_trajectories(
     return _save(figure, path)
 
 
+def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Fraction | int | float | str,
+                  valid: np.ndarray, phones: Tier, title: str = "") -> Path:
+    """Write a plot of what a model leaves out of each frame, a row for each measure, and return the path.
+
+    Args:
+        path: the picture.
+        series: name and unit of a measure to its values (F,).
+        rate: frames a second.
+        valid: (F,) bool; frames that are not are shaded.
+        phones: the phone tier, in seconds.
+        title: text above.
+    """
+    clock = FrameClock(rate)
+    times = clock.centres(len(valid))
+    figure = _figure(max(6.0, 0.22 * len(phones) + 3), 1.9 * len(series) + 0.4)
+    rows = figure.subplots(len(series), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, colour, (name, values) in zip(rows, _COLOURS[1:] * len(series), series.items(), strict=False):
+        axes.plot(times, values, color=colour, linewidth=1.4)
+        axes.axhline(float(np.median(values[valid])), color="#999999", linewidth=0.8, linestyle="--")
+        axes.set(ylabel=name, xlim=(0, clock.seconds(len(valid))), ylim=(0, None))
+        for frame in np.flatnonzero(~valid):
+            axes.axvspan(clock.seconds(frame), clock.seconds(frame + 1), color="#eecccc", linewidth=0)
+        for edge in phones.edges:
+            axes.axvline(edge, color="#dddddd", linewidth=0.6, zorder=0)
+    for segment in phones:
+        rows[0].text((segment.start + segment.end) / 2, 1.01, segment.label, transform=rows[0].get_xaxis_transform(),
+                     ha="center", va="bottom", fontsize=7)
+    rows[0].set_title(title, pad=16, fontsize=10)
+    rows[-1].set_xlabel("time (s)")
+    return _save(figure, path)
+
+
 def plot_modes(path: str | Path, model: ActiveAppearanceModel, count: int = 6, deviations: float = 2.0) -> Path:
     """Write a picture of the first modes, some standard deviations down, at the mean, and up; return the path."""
     count = min(count, model.size)
@@ -108,7 +141,7 @@ def plot_grid(path: str | Path, grids: Mapping[str, np.ndarray], rows: tuple[str
 def synthesise(model: ActiveAppearanceModel, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
     """Return the picture, uint8 (H, W_, 3), of parameters (D,): decoded texture on decoded shape, on white."""
     points, texture = model.decode(parameters)
-    warp = model.warp
+    points, warp = Patch(model).parted(points), model.warp
     canvas = warp.picture(np.clip(texture, 0, 255).round().astype(np.uint8), fill=255)
     canvas = np.pad(canvas, ((1, 1), (1, 1), (0, 0)), constant_values=255)
     margin = 6
