@@ -10,6 +10,7 @@ from typing import Any
 import joblib
 from tqdm import tqdm
 
+from data_prep.workers import workers
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 
@@ -26,7 +27,7 @@ class Workshop:
     Args:
         out: folder of the prepared corpus.
         jobs: processes; -1 for all cores.
-        backend: joblib backend (``loky``; ``ray`` or ``dask`` where they are registered with joblib).
+        backend: ``loky``, ``dask`` or ``ray``: :func:`data_prep.workers.workers`.
         strict: an utterance that would be dropped is an error instead.
     """
 
@@ -48,7 +49,7 @@ class Workshop:
         if waiting:
             (self.out / "corpus.json").unlink(missing_ok=True)  # what is being changed cannot be opened
             calls = (joblib.delayed(_one)(self, stage, name, keys[name], work, tasks[name]) for name in waiting)
-            with joblib.parallel_config(backend=self.backend, n_jobs=self.jobs):
+            with workers(self.backend, self.jobs):
                 results: Iterable[tuple[str, Any]] = joblib.Parallel(return_as="generator_unordered")(calls)
                 for name, result in tqdm(results, desc=stage, total=len(tasks), initial=len(tasks) - len(waiting)):
                     done[name] = result

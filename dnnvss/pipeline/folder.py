@@ -23,6 +23,7 @@ from dnnvss.pipeline.style import Generator
 from dnnvss.pipeline.units import UnitModel
 from dnnvss.timing import FrameClock
 from dnnvss.training.network import load_checkpoint, save_checkpoint
+from dnnvss.training.settings import SHARING
 from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2, Talker
 from dnnvss.visemes import TIER
 
@@ -35,8 +36,8 @@ def run_name(config: DictConfig, fingerprint: str) -> str:
     """Return a folder name that changes when, and only when, something that changes results does."""
     resolved: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
     kept = {k: v for k, v in resolved.items() if k not in _NOT_RESULTS}
-    unused = ["progress", "figure_every"] + ([] if config.trainer.refine else ["refine", "refine_rate"])
-    for quiet in unused:
+    unused = [] if config.trainer.refine else ["refine", "refine_rate"]
+    for quiet in ("progress", "figure_every", *SHARING, *unused):
         kept["trainer"].pop(quiet, None)
         kept["model"].get("settings", {}).pop(quiet, None)
     if not make_task(config).table.uses_visemes:

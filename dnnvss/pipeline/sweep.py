@@ -1,5 +1,7 @@
 """The end of a sweep: one table of all its runs, and one sentence by all of them side by side."""
 
+import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -7,6 +9,7 @@ from typing import Any
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
+from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.pipeline.folder import Run, run_name
 
@@ -14,31 +17,49 @@ from dnnvss.pipeline.folder import Run, run_name
 class CompareRuns(Callback):
     """A callback of hydra that compares the runs of a multirun when the last one has ended.
 
+    A launcher may run jobs in other processes or on other machines, each with a copy of the callback. Jobs that ended
+    well therefore leave a note in a hidden folder of the working directory, which the launching process reads.
+
     Args:
         name: of the folder of the comparison, ``<runs>/<name>-<corpus>[-<split>]``.
         video: whether to render the first test sentence by all systems.
+        sizes: whether to draw a heat map over layers and width.
     """
 
-    def __init__(self, name: str, video: bool = True) -> None:
-        self.name, self.video = name, video
-        self.jobs: list[tuple[DictConfig, tuple[str, ...]]] = []
+    def __init__(self, name: str, video: bool = True, sizes: bool = False) -> None:
+        self.name, self.video, self.sizes = name, video, sizes
+        self.notes = Path()
+
+    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Make the folder of notes; copies of the callback take its path with them."""
+        where = Path(OmegaConf.select(config, "hydra.sweep.dir", default=".")).absolute()
+        self.notes = Path(tempfile.mkdtemp(prefix=".sweep-", dir=where))
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
-        """Remember a job that ended well, and what it was given."""
+        """Note a job that ended well, and what it was given."""
         if job_return.status.name == "COMPLETED":
-            self.jobs.append((config, tuple(job_return.overrides or ())))
+            number = OmegaConf.select(config, "hydra.job.num", default=len(list(self.notes.iterdir())))
+            job = {"given": list(job_return.overrides or ()), "config": OmegaConf.to_container(_own(config))}
+            files.write_json(self.notes / f"{number:04d}.json", job)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
-        """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs, and ``side_by_side.mp4``."""
-        if len(self.jobs) < 2:
-            return
+        """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs, and what else is asked for."""
+        jobs = [files.read_json(note) for note in sorted(self.notes.glob("*.json"))]
+        shutil.rmtree(self.notes)
+        if len(jobs) > 1:
+            self._compare([OmegaConf.create(job["config"]) for job in jobs], [tuple(job["given"]) for job in jobs])
+
+    def _compare(self, configs: Sequence[DictConfig], given: Sequence[tuple[str, ...]]) -> None:
         from dnnvss.evaluation.__main__ import compare_runs
 
-        first = self.jobs[0][0]
-        folders = [run_folder(job) for job, _ in self.jobs]
-        names = what_differs([given for _, given in self.jobs])
+        first = configs[0]
+        folders, names = [run_folder(c) for c in configs], what_differs(given)
         out = Path(first.runs) / "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
         print(f"wrote {compare_runs(folders, out, names)}")
+        if self.sizes:
+            from dnnvss.pipeline.sizes import write_sizes
+
+            print("wrote " + ", ".join(map(str, write_sizes(folders, configs, out))))
         if self.video:
             from dnnvss.pipeline.videos import write_systems
 
@@ -57,5 +78,9 @@ def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
 
 def run_folder(config: DictConfig) -> Path:
     """Return the run folder of a job's configuration, hydra's own settings left out."""
-    config = OmegaConf.masked_copy(config, [str(k) for k in config if k != "hydra"])
+    config = _own(config)
     return Path(config.run or Path(config.runs) / run_name(config, Corpus.open(config.corpus.out).fingerprint))
+
+
+def _own(config: DictConfig) -> DictConfig:
+    return OmegaConf.masked_copy(config, [str(k) for k in config if k != "hydra"])

@@ -1,5 +1,6 @@
 """Trains a system, evaluates it, and leaves a run folder."""
 
+import math
 import shutil
 from functools import partial
 from pathlib import Path
@@ -22,6 +23,7 @@ from dnnvss.pipeline.units import UnitPlan, corpus_units, unit_notes
 from dnnvss.render import choose_neutral
 from dnnvss.speech.durations import DurationModel
 from dnnvss.training import NetworkModel
+from dnnvss.training.devices import process_number
 from dnnvss.trajectory import mlpg
 
 
@@ -32,7 +34,8 @@ def train(config: DictConfig) -> float:
     """
     corpus = Corpus.open(config.corpus.out)
     folder = Path(config.run or Path(config.runs) / run_name(config, corpus.fingerprint))
-    if config.overwrite and folder.exists():
+    helper = process_number() > 0
+    if config.overwrite and folder.exists() and not helper:
         shutil.rmtree(folder)
     if (folder / "metrics.json").is_file():
         print(f"{folder} is finished; overwrite=true trains it anew\n")
@@ -52,6 +55,8 @@ def train(config: DictConfig) -> float:
     model = make_model(config, task)
     print(f"training {config.model.name} on {len(examples['train'])} utterances; TensorBoard: {folder}/tensorboard")
     model.fit(examples["train"], examples["val"], folder)
+    if helper:  # the first process of those that share the fit does the rest
+        return math.nan
     if config.trainer.refine:
         if not isinstance(model, NetworkModel):
             raise DnnvssError(f"trainer.refine does not work with model={config.model.name}",

@@ -27,6 +27,7 @@ from dnnvss.pipeline.visemes import viseme_clips, viseme_settings
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.network import load_checkpoint, save_checkpoint
+from dnnvss.training.settings import SHARING
 from dnnvss.training.visemes import UnitNetwork, VisemePredictor, unit_sequence, unit_targets
 from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, learn, point_view, unit_scores
 
@@ -112,7 +113,8 @@ class UnitPlan:
     def key(self) -> str:
         """A hash of what the units and their prediction depend on."""
         p = self.predictor
-        made = [_ALGORITHM, asdict(self.learning), p.table.hash, asdict(p.fit), asdict(p.decoding), p.hidden, p.dropout,
+        fit = {name: value for name, value in asdict(p.fit).items() if name not in SHARING}
+        made = [_ALGORITHM, asdict(self.learning), p.table.hash, fit, asdict(p.decoding), p.hidden, p.dropout,
                 p.folds, self.samples]
         return hashlib.sha256(json.dumps(made).encode()).hexdigest()[:12]
 

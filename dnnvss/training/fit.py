@@ -13,10 +13,13 @@ from lightning.pytorch.plugins.io import TorchCheckpointIO
 from torch import nn
 from torch.utils.data import DataLoader
 
+from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, Prediction
 from dnnvss.training.batches import FrameBatches
+from dnnvss.training.devices import process_number
 from dnnvss.training.module import FrameRegression
 from dnnvss.training.network import load_checkpoint, save_checkpoint
+from dnnvss.training.precision import resolve
 from dnnvss.training.settings import FitSettings
 
 _LIGHTNING_CHATTER = (
@@ -33,6 +36,24 @@ class WholeCheckpoints(TorchCheckpointIO):
         save_checkpoint(Path(path), checkpoint)
 
 
+EXPLODED = 100.0
+"""Static error on the validation frames, in variances of the training frames, beyond which a fit has diverged: the mean
+of the training frames, which knows nothing, has about 1."""
+
+
+class Watch(Callback):
+    """Ends a fit whose validation error is no number or has exploded, before the epoch is kept as a checkpoint."""
+
+    def __init__(self, settings: FitSettings) -> None:
+        self.settings = settings
+
+    def on_validation_end(self, trainer: L.Trainer, pl_module: L.LightningModule) -> None:
+        """Raise the error that names the learning rate, the reduction and the epoch."""
+        value = float(trainer.callback_metrics["val/static"])
+        if not value < EXPLODED:
+            raise self.settings.diverged(f"the static error on validation after epoch {trainer.current_epoch}", value)
+
+
 class TrajectoryFigure(Callback):
     """Draws measured and predicted static coefficients of one validation utterance into TensorBoard."""
 
@@ -41,7 +62,7 @@ class TrajectoryFigure(Callback):
 
     def on_validation_epoch_end(self, trainer: L.Trainer, pl_module: L.LightningModule) -> None:
         """Draw the figure every few epochs."""
-        if trainer.sanity_checking or trainer.logger is None or trainer.current_epoch % self.every:
+        if not trainer.is_global_zero or trainer.logger is None or trainer.current_epoch % self.every:
             return
         import matplotlib
 
@@ -72,10 +93,9 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
     module = FrameRegression(network, settings, streams, dimensions)
     checkpoints = folder / "checkpoints"
-    last = checkpoints / "last.ckpt"
     keep = ModelCheckpoint(checkpoints, "best", monitor="val/static", save_last=True, enable_version_counter=False,
                            save_on_train_epoch_end=True)
-    callbacks: list[Callback] = [keep, EarlyStopping("val/static", patience=settings.patience)]
+    callbacks: list[Callback] = [Watch(settings), keep, EarlyStopping("val/static", patience=settings.patience)]
     if settings.average:
         callbacks.append(EMAWeightAveraging(decay=settings.average))
     if settings.progress:
@@ -85,20 +105,54 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     trainer = L.Trainer(
         plugins=[WholeCheckpoints()], default_root_dir=folder, callbacks=callbacks,
         max_epochs=1 if settings.smoke else settings.epochs,
-        logger=TensorBoardLogger(folder, name="", version="tensorboard"), precision=settings.precision,  # type: ignore[arg-type]
-        accelerator=settings.accelerator, devices=settings.devices, gradient_clip_val=settings.clip,
+        logger=TensorBoardLogger(folder, name="", version="tensorboard"),
+        precision=resolve(settings.precision, settings.accelerator),  # type: ignore[arg-type]
+        accelerator=settings.accelerator, devices=settings.devices, num_nodes=settings.nodes,
+        strategy=settings.strategy, gradient_clip_val=settings.clip, use_distributed_sampler=False,
         enable_progress_bar=settings.progress, enable_model_summary=False, num_sanity_val_steps=0,
         limit_train_batches=1 if settings.smoke else None, log_every_n_steps=min(50, len(train)),
     )
+    if settings.batch_size % trainer.world_size:
+        raise DnnvssError(f"a batch of {settings.batch_size} frames cannot be shared by {trainer.world_size} processes",
+                          remedy="Choose trainer.batch_size as a multiple of trainer.devices times trainer.nodes")
     train.epoch = lambda: trainer.current_epoch
-    if last.exists():
-        load_checkpoint(last)  # a damaged file is named before Lightning stumbles over it
+    train.place = val.place = lambda: (trainer.global_rank, trainer.world_size)
+    if trainer.strategy.root_device.type == "cuda":
+        train.to(trainer.strategy.root_device), val.to(trainer.strategy.root_device)
+    start = resume_point(checkpoints)
     with warnings.catch_warnings():
         for message in _LIGHTNING_CHATTER:
             warnings.filterwarnings("ignore", message=message)
         try:
             trainer.fit(module, DataLoader(train, batch_size=None), DataLoader(val, batch_size=None),
-                        ckpt_path=str(last) if last.exists() else None, weights_only=True)
+                        ckpt_path=start, weights_only=True)
         except SystemExit as end:  # Lightning turns Ctrl-C into an exit of its own
             raise KeyboardInterrupt from end
     module.load_state_dict(load_checkpoint(checkpoints / "best.ckpt")["state_dict"])
+
+
+def resume_point(checkpoints: Path) -> Path | None:
+    """Return the checkpoint from which a fit goes on: the last one, or an earlier one where the last is damaged.
+
+    A fit depends on its seed and its epoch alone, so that it ends with the same weights from either.
+
+    Raises:
+        DnnvssError: there is a checkpoint and none is whole.
+    """
+    if process_number() == 0:
+        for part in checkpoints.glob(".*.part*"):  # what a killed fit was writing
+            part.unlink(missing_ok=True)
+    found = [path for name in ("last.ckpt", "best.ckpt") if (path := checkpoints / name).exists()]
+    problem: DnnvssError | None = None
+    for path in found:
+        try:
+            epoch = load_checkpoint(path).get("epoch")
+        except DnnvssError as error:
+            problem = problem or error
+            continue
+        if problem is not None:
+            print(f"{problem.file} is damaged: the fit goes on from {path.name} (epoch {epoch})")
+        return path
+    if problem is not None:
+        raise problem
+    return None

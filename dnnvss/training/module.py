@@ -58,28 +58,26 @@ class FrameRegression(L.LightningModule):
         keep_freed_memory()
 
     def on_train_batch_start(self, batch: Batch, index: int) -> None:
-        """Seed dropout by the step, so that a resumed run draws the same masks; loaders share the generator."""
-        torch.manual_seed(self.settings.seed * 1_000_003 + self.global_step)
+        """Seed dropout by the step, so that a resumed run draws the same masks; loaders share the generator.
+
+        Processes that share the fit draw masks of their own.
+        """
+        torch.manual_seed(self.settings.seed * 1_000_003 + self.global_step + 7_919_000_017 * self.global_rank)
 
     def training_step(self, batch: Batch, index: int) -> Tensor:
         """Return the loss; one that is not finite ends the fit with the settings that caused it."""
         loss = self.loss(self(batch[0], batch[1]), batch[2])
         if not torch.isfinite(loss):
-            s = self.settings
-            raise DnnvssError(
-                f"training diverged in epoch {self.current_epoch}, batch {index}: loss {loss.item()} at learning rate "
-                f"{s.learning_rate} ({s.optimizer}, reduction {s.reduction!r}, batch size {s.batch_size})",
-                remedy="Lower trainer.learning_rate or trainer.clip; the run folder keeps the last good checkpoint",
-            )
-        self.log("train/loss", loss, on_step=False, on_epoch=True, batch_size=len(batch[0]))
+            raise self.settings.diverged(f"the loss of batch {index} in epoch {self.current_epoch}", loss.item())
+        self.log("train/loss", loss, on_step=False, on_epoch=True, batch_size=len(batch[0]), sync_dist=True)
         return loss
 
     def validation_step(self, batch: Batch, index: int) -> None:
         """Log the loss and the static error."""
         predicted = self(batch[0], batch[1])
         static = (predicted[:, : self.dimensions] - batch[2][:, : self.dimensions]).square().mean()
-        self.log("val/loss", self.loss(predicted, batch[2]), batch_size=len(batch[0]))
-        self.log("val/static", static, batch_size=len(batch[0]), prog_bar=True)
+        self.log("val/loss", self.loss(predicted, batch[2]), batch_size=len(batch[0]), sync_dist=True)
+        self.log("val/static", static, batch_size=len(batch[0]), prog_bar=True, sync_dist=True)
 
     def configure_gradient_clipping(self, optimizer: torch.optim.Optimizer, gradient_clip_val: float | None = None,
                                     gradient_clip_algorithm: str | None = None) -> None:

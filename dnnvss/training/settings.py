@@ -7,6 +7,9 @@ from dnnvss.errors import DnnvssError
 LOG_VARIANCE = (-7.0, 3.0)
 """Range of predicted log variances, where 0 is the variance of the training frames."""
 
+SHARING = ("nodes", "strategy")
+"""Settings that share a fit out and do not change what comes of it."""
+
 
 @dataclass(frozen=True)
 class FitSettings:
@@ -27,8 +30,10 @@ class FitSettings:
         stream_weights: weight of static, delta and delta-delta in the loss.
         clip: largest norm of the gradient.
         average: decay of the exponential average of the weights that is kept as the result; 0 keeps the last.
-        precision: ``32-true`` or ``bf16-mixed``.
-        accelerator, devices: as Lightning takes them.
+        precision: ``32-true``, ``bf16-mixed``, or ``auto`` for bf16 where the device multiplies it in hardware.
+        accelerator, devices: as Lightning takes them; devices are those of one machine.
+        nodes: machines that share the fit.
+        strategy: how devices share it: ``auto``, ``ddp``. A batch is shared out, so that results do not depend on it.
         seed: of initial weights, batches and dropout.
         progress: show a progress bar.
         figure_every: epochs between trajectory figures in TensorBoard; 0 for none.
@@ -57,6 +62,8 @@ class FitSettings:
     precision: str = "32-true"
     accelerator: str = "auto"
     devices: int = 1
+    nodes: int = 1
+    strategy: str = "auto"
     seed: int = 0
     progress: bool = True
     figure_every: int = 5
@@ -65,7 +72,8 @@ class FitSettings:
     smoke: bool = False
 
     def __post_init__(self) -> None:
-        choices = {"optimizer": ("sgd", "adamw"), "schedule": ("constant", "cosine"), "reduction": ("sum", "mean")}
+        choices = {"optimizer": ("sgd", "adamw"), "schedule": ("constant", "cosine"), "reduction": ("sum", "mean"),
+                   "precision": ("32-true", "bf16-mixed", "auto")}
         for name, allowed in choices.items():
             if (value := getattr(self, name)) not in allowed:
                 raise DnnvssError(f"trainer.{name}={value!r}", remedy=f"Use one of {list(allowed)}")
@@ -73,3 +81,15 @@ class FitSettings:
             if getattr(self, name) <= 0:
                 raise DnnvssError(f"trainer.{name}={getattr(self, name)} is not positive", remedy="Give more than 0")
         object.__setattr__(self, "stream_weights", tuple(self.stream_weights))
+
+    def diverged(self, where: str, value: float) -> DnnvssError:
+        """Return the error that ends a fit whose loss is no number, or far beyond what saying nothing costs.
+
+        Args:
+            where: what was measured, and when.
+            value: what it came to.
+        """
+        return DnnvssError(
+            f"training diverged: {where} is {value:.4g} at learning rate {self.learning_rate} ({self.optimizer}, "
+            f"reduction {self.reduction!r}, batch size {self.batch_size})",
+            remedy="Lower trainer.learning_rate or trainer.clip; the run folder keeps the last good checkpoint")

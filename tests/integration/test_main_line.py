@@ -284,8 +284,10 @@ def test_an_experiment_may_be_written_with_a_plus() -> None:
     assert done.returncode == 0 and "3000" in done.stdout
 
 
-def test_a_sweep_ends_with_one_table_and_one_video(home: Path) -> None:
+def test_a_sweep_ends_with_one_table_and_one_video(home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     sweep = CompareRuns("both")
+    sweep.on_multirun_start(OmegaConf.create({}))
     for name in ("ph", "ph_a"):
         job = configure("train", f"run={home}/runs/{name}", f"runs={home}/runs", f"labels={name}",
                         f"corpus.out={home}/demo")
@@ -293,6 +295,7 @@ def test_a_sweep_ends_with_one_table_and_one_video(home: Path) -> None:
         sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), overrides=given))
     sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="FAILED"), overrides=[]))
     sweep.on_multirun_end(job)
+    assert not list(tmp_path.iterdir())
     out = home / "runs" / "both-demo"
     assert "| labels=ph_a |" in (out / "evaluation.md").read_text()
     width, height = video_info(out / "side_by_side.mp4").size

@@ -1,6 +1,9 @@
 """The fit: it learns, resumes to the same weights, stops on divergence, and refuses damaged checkpoints."""
 
 import errno
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -98,12 +101,75 @@ def test_ctrl_c_in_the_fit_is_ctrl_c_for_the_caller(examples: dict[str, list[Exa
     np.testing.assert_array_equal(weights(resumed), weights(whole))
 
 
-def test_checkpoint_cut_short_is_named(examples: dict[str, list[Example]], tmp_path: Path) -> None:
-    network(replace(SETTINGS, epochs=1)).fit(examples["train"], examples["val"], tmp_path)
-    last = tmp_path / "checkpoints" / "last.ckpt"
+def test_a_damaged_checkpoint_is_left_for_an_earlier_one_that_leads_to_the_same_weights(
+        examples: dict[str, list[Example]], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole = network()
+    whole.fit(examples["train"], examples["val"], tmp_path / "whole")
+    network(replace(SETTINGS, epochs=2)).fit(examples["train"], examples["val"], tmp_path / "cut")
+    last, best = (tmp_path / "cut" / "checkpoints" / f"{name}.ckpt" for name in ("last", "best"))
     last.write_bytes(last.read_bytes()[:1000])
+    resumed = network()
+    resumed.fit(examples["train"], examples["val"], tmp_path / "cut")
+    assert "last.ckpt is damaged: the fit goes on from best.ckpt" in capsys.readouterr().out
+    np.testing.assert_array_equal(weights(resumed), weights(whole))
+    for path in (last, best):
+        path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(DnnvssError, match=r"last.ckpt: cannot be read"):
-        network().fit(examples["train"], examples["val"], tmp_path)
+        network().fit(examples["train"], examples["val"], tmp_path / "cut")
+
+
+@pytest.mark.slow
+def test_a_fit_killed_at_any_moment_ends_as_one_that_was_not(tmp_path: Path) -> None:
+    """In the first epoch, in a later one, with half a checkpoint written, between the best and the last."""
+    program([Path(__file__).with_name("killed_fit.py"), tmp_path])
+    results = {path.parent.name: np.load(path) for path in tmp_path.glob("*/result.npz")}
+    whole = results.pop("whole")
+    assert len(results) == 4
+    for name, result in results.items():
+        for part in ("weights", "variance"):
+            np.testing.assert_array_equal(result[part], whole[part], err_msg=f"{name}: {part}")
+
+
+@pytest.mark.slow
+def test_two_processes_share_every_batch_and_end_with_the_weights_of_one(tmp_path: Path) -> None:
+    for devices in (1, 2):
+        (tmp_path / str(devices)).mkdir()
+        program([Path(__file__).with_name("shared_fit.py"), tmp_path / str(devices), devices])
+    drawn = [[int(i) for i in path.read_text().split()] for path in sorted(tmp_path.glob("*/drawn*.txt"))]
+    alone, *shared = drawn
+    assert len(shared) == 2 and sorted(shared[0] + shared[1]) == sorted(alone)  # no frame lost, none drawn twice
+    epoch = len(alone) // 2
+    assert len(set(alone[:epoch])) == epoch and not set(shared[0][: epoch // 2]) & set(shared[1][: epoch // 2])
+    one, two = (np.load(tmp_path / name / "weights.npy") for name in "12")
+    np.testing.assert_allclose(two, one, atol=2e-5)
+    one, two = (np.load(tmp_path / name / "variance.npy") for name in "12")
+    np.testing.assert_allclose(two, one, rtol=1e-3)
+
+
+def program(arguments: list[object]) -> None:
+    """Run a program of the tests."""
+    done = subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True, check=False,
+                          env={**os.environ, "OMP_NUM_THREADS": "1"})
+    assert done.returncode == 0, done.stderr[-3000:]
+
+
+def test_a_batch_that_processes_cannot_share_evenly_is_refused(examples: dict[str, list[Example]],
+                                                               tmp_path: Path) -> None:
+    odd = replace(SETTINGS, batch_size=33, devices=2, strategy="ddp_spawn")
+    with pytest.raises(DnnvssError, match="33 frames cannot be shared by 2 processes"):
+        network(odd).fit(examples["train"], examples["val"], tmp_path)
+
+
+def test_a_validation_error_that_explodes_ends_the_fit_and_keeps_the_last_good_checkpoint(
+        examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    calm = replace(SETTINGS, epochs=1, optimizer="sgd", reduction="sum", clip=1e9, learning_rate=1e-4)
+    network(calm).fit(examples["train"], examples["val"], tmp_path)
+    before = (tmp_path / "checkpoints" / "last.ckpt").read_bytes()
+    spoilt = [replace(e, targets=e.targets + 1e6) for e in examples["val"]]
+    with pytest.raises(DnnvssError, match=r"static error on validation after epoch 1 is .*learning rate 0\.0001 \(sgd, "
+                                          r"reduction 'sum', batch size 32\)"):
+        network(replace(calm, epochs=2)).fit(examples["train"], spoilt, tmp_path)
+    assert (tmp_path / "checkpoints" / "last.ckpt").read_bytes() == before
 
 
 def test_invalid_frames_are_never_drawn(examples: dict[str, list[Example]], tmp_path: Path) -> None:

@@ -1,0 +1,103 @@
+"""How long synthesis takes by stage, from text to the first picture, with the run already loaded.
+
+    OMP_NUM_THREADS=1 python benchmarks/latency.py RUN-OR-BUNDLE ...
+
+Text without sound: what is timed is what the face needs. The sentence is scaled to last the seconds that are asked for.
+"""
+
+import argparse
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from omegaconf import OmegaConf
+
+from dnnvss.corpus import Utterance
+from dnnvss.pipeline.folder import Run
+from dnnvss.pipeline.settings import compose
+from dnnvss.pipeline.style import make_style
+from dnnvss.pipeline.synthesise import read_voice, replace_unseen
+from dnnvss.render import Neutral, Renderer
+from dnnvss.speech.durations import DurationModel
+from dnnvss.text.sentence import parse
+from dnnvss.trajectory import mlpg, resample
+
+CONF = Path(__file__).parents[1] / "conf"
+TEXT = "place red at g nine now, please"
+STAGES = ("text", "durations", "codes", "network", "MLPG", "articulated instead", "first picture")
+TO_TRAJECTORY = STAGES[:5]
+
+
+class Stopwatch:
+    """Times of each stage in milliseconds, a list a stage."""
+
+    def __init__(self) -> None:
+        self.times: dict[str, list[float]] = defaultdict(list)
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        """Time the block."""
+        start = time.perf_counter()
+        yield
+        self.times[stage].append(1000 * (time.perf_counter() - start))
+
+    def median(self, stage: str) -> float:
+        """Return the median time of a stage."""
+        return float(np.median(self.times[stage]))
+
+
+def speak(run: Run, voice: dict, durations: DurationModel, renderer: Renderer, seconds: float, timed: Stopwatch) -> int:
+    """Say the sentence once; return its frames."""
+    style = make_style(OmegaConf.create({**compose(CONF, "synth", []).style}), run.face.names)
+    with timed("text"):
+        sentence = parse(TEXT, variant=voice["variant"])
+    with timed("durations"):
+        alignment = durations.predict(sentence, total=seconds)
+    with timed("codes"):
+        alignment, _ = replace_unseen(alignment, voice["phones"])
+        example = run.example(Utterance("timing", sentence.text, alignment))
+    with timed("network"):
+        prediction = run.model.predict(example)
+    with timed("MLPG"):
+        x = np.asarray(mlpg(prediction.mean, prediction.variance, run.task.windows))
+    start = time.perf_counter()
+    x = run.generator(example, style)
+    whole = 1000 * (time.perf_counter() - start)
+    timed.times["articulated instead"].append(max(whole - timed.times["network"][-1], 0.0))
+    with timed("first picture"):
+        next(renderer.frames(resample(x, run.task.clock, run.task.clock)[:1]))
+    return len(x)
+
+
+def main() -> None:
+    """Print the median of each stage for each run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", type=Path, help="run folders or bundles")
+    parser.add_argument("--seconds", type=float, default=3.0)
+    parser.add_argument("--repeats", type=int, default=30)
+    options = parser.parse_args()
+    print(f"milliseconds, median of {options.repeats}, one thread")
+    for folder in options.runs:
+        run, timed = Run.open(folder), Stopwatch()
+        voice, durations = read_voice(run), DurationModel.load(run.folder / "durations.npz")
+        renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
+        speak(run, voice, durations, renderer, options.seconds, Stopwatch())  # what is read once is read
+        for _ in range(options.repeats):
+            frames = speak(run, voice, durations, renderer, options.seconds, timed)
+        plain = sum(timed.median(s) for s in TO_TRAJECTORY)
+        lively = plain - timed.median("MLPG") + timed.median("articulated instead")
+        print(f"\n{folder.name}, {frames} frames")
+        for stage in STAGES:
+            print(f"  {stage:20} {timed.median(stage):8.2f}")
+        print(f"  text to trajectory, plain {plain:.2f}, articulated {lively:.2f}")
+
+
+if __name__ == "__main__":
+    main()

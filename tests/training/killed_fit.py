@@ -1,0 +1,125 @@
+"""Run by a test as a program: kills fits with SIGKILL at several moments, then lets them go on.
+
+``python killed_fit.py FOLDER`` writes the weights of an uninterrupted fit and of each fit that was killed. Fits run in
+forks of this process, which has everything imported and computes nothing itself.
+"""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import lightning  # noqa: F401  (once, before the forks)
+from conftest import CLOCK, TABLE, make_example
+
+import dnnvss.training.fit
+import dnnvss.training.network
+from dnnvss.models import FeedForward
+from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training.module import FrameRegression
+
+SETTINGS = FitSettings(epochs=3, batch_size=32, progress=False, figure_every=0, accelerator="cpu")
+
+
+def fit(folder: Path) -> None:
+    """Fit and write the weights of the result and the error variances, which tell the validation errors."""
+    rng = np.random.default_rng(1)
+    train, val = ([make_example(f"{name}{i}", rng) for i in range(count)] for name, count in (("train", 4), ("val", 2)))
+    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16], dropout=0.2, input_dropout=0.2), SETTINGS)
+    model.fit(train, val, folder)
+    weights = np.concatenate([p.detach().numpy().ravel() for p in model.networks_[0].parameters()])
+    np.savez(folder / "result.npz", weights=weights, variance=model.variance_)
+
+
+def die() -> None:
+    """End this process as nobody can prevent."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def counted(function: Callable, number: int, before: bool = True) -> Callable:
+    """Return ``function`` that dies with its call of the given number, before or after it does its work."""
+    calls = 0
+
+    def wrapped(*args: object, **kwargs: object) -> object:
+        nonlocal calls
+        calls += 1
+        if before and calls == number:
+            die()
+        result = function(*args, **kwargs)
+        if calls == number:
+            die()
+        return result
+
+    return wrapped
+
+
+def half_written(number: int) -> Callable:
+    """Return a ``Path.write_bytes`` that dies in the middle of its work."""
+    calls, whole = 0, Path.write_bytes
+
+    def write(path: Path, data: memoryview) -> int:
+        nonlocal calls
+        calls += 1
+        if calls == number:
+            whole(path, bytes(data)[: len(data) // 2])
+            die()
+        return whole(path, data)
+
+    return write
+
+
+def in_first_epoch() -> None:
+    """Die before there is any checkpoint."""
+    FrameRegression.training_step = counted(FrameRegression.training_step, 3)  # type: ignore[method-assign]
+
+
+def in_an_epoch() -> None:
+    """Die in the middle of the second epoch."""
+    FrameRegression.on_train_epoch_start = counted(FrameRegression.on_train_epoch_start, 2)  # type: ignore[method-assign]
+
+
+def writing_a_checkpoint() -> None:
+    """Die with half of the third checkpoint (the best or the last of the second epoch) on the disk."""
+    Path.write_bytes = half_written(3)  # type: ignore[method-assign,assignment]
+
+
+def between_best_and_last() -> None:
+    """Die when the best of the second epoch is written and the last is not."""
+    save = counted(dnnvss.training.fit.save_checkpoint, 3, before=False)
+    dnnvss.training.fit.save_checkpoint = save  # type: ignore[assignment]
+
+
+POINTS = (in_first_epoch, in_an_epoch, writing_a_checkpoint, between_best_and_last)
+
+
+def forked(work: Callable[[], None]) -> int:
+    """Return how a fork of this process ended that did the work."""
+    child = os.fork()
+    if child == 0:
+        work()
+        os._exit(0)
+    return os.waitpid(child, 0)[1]
+
+
+def main(home: Path) -> None:
+    """Write ``result.npz`` of every fit."""
+    assert forked(lambda: fit(home / "whole")) == 0
+    for point in POINTS:
+        folder = home / point.__name__
+
+        def killed(point: Callable[[], None] = point, folder: Path = folder) -> None:
+            point()
+            fit(folder)
+
+        assert forked(killed) == signal.SIGKILL, point.__name__
+        assert not (folder / "result.npz").exists()
+        assert forked(lambda folder=folder: fit(folder)) == 0, point.__name__
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,53 @@
+"""Run by a test as a program: fits a small network, alone or shared by processes; the first writes its weights.
+
+``python shared_fit.py FOLDER DEVICES``; with more devices than one Lightning starts this program again for each.
+"""
+
+import sys
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import torch
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from conftest import CLOCK, TABLE, make_example
+
+from dnnvss.models import FeedForward
+from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training.batches import FrameBatches
+from dnnvss.training.devices import process_number
+
+
+class Noted(FrameBatches):
+    """Frame batches that write down which frames this process drew."""
+
+    drawn: list[int] = []  # noqa: RUF012
+
+    def batch(self, frames: np.ndarray, number: int = 0) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Return the batch."""
+        if self.seed is not None:
+            self.drawn.extend(frames.tolist())
+        return super().batch(frames, number)
+
+
+def main(folder: Path, devices: int) -> None:
+    """Fit and write."""
+    import dnnvss.training.network
+
+    dnnvss.training.network.FrameBatches = Noted
+    rng = np.random.default_rng(1)
+    train, val = ([make_example(f"{name}{i}", rng) for i in range(count)] for name, count in (("train", 4), ("val", 2)))
+    settings = FitSettings(epochs=2, batch_size=32, share=1.0, progress=False, figure_every=0, accelerator="cpu",
+                           devices=devices, strategy="ddp" if devices > 1 else "auto", schedule="constant")
+    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings)
+    model.fit(train, val, folder)
+    (folder / f"drawn{process_number()}.txt").write_text(" ".join(map(str, Noted.drawn)))
+    if process_number() == 0:
+        np.save(folder / "weights.npy", np.concatenate([p.detach().numpy().ravel()
+                                                        for p in model.networks_[0].parameters()]))
+        np.save(folder / "variance.npy", model.variance_)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]))
