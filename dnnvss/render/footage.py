@@ -102,18 +102,19 @@ class Revoicer:
         order: the frame of the footage (T,) that each picture shows (see :func:`walk`).
         scale: size of the result over the size of the footage.
         own_detail: keep what the model leaves out of the frame's skin, and its light; without, the model alone is seen.
+        patch: how the texture is laid over the frames; the default where None.
 
     Raises:
         DnnvssError: the footage was encoded with another model.
     """
 
     def __init__(self, model: ActiveAppearanceModel, footage: Footage, order: np.ndarray, scale: float = 1.0,
-                 own_detail: bool = True) -> None:
+                 own_detail: bool = True, patch: Patch | None = None) -> None:
         code = footage.code
         if code.texture_offset.shape != model.mean_texture.shape or code.parameters.shape[1] != model.size:
             raise DnnvssError("was encoded with another model", file=footage.source, remedy="Encode it again")
         self.model, self.footage, self.order, self.scale = model, footage, order, scale
-        self.patch = Patch(model)
+        self.patch = patch or Patch(model)
         self._points = reconstruct(model, code)[0]
         self._ring = self.patch.around(self._points)
         self._canvases = np.stack([self.patch.canvas(*frame) for frame in
@@ -179,7 +180,7 @@ class Revoicer:
         """Return the frame's canvas (H, W_, 3) uint8 with the new texture laid over it."""
         patch, own = self.patch, self._own(frame)
         light, skin, share = self._light[frame], self._skin, self.patch.share
-        drawn = self.model.decode(parameters)[1] + self.footage.code.texture_offset
+        drawn = patch.sharpened(self.model.decode(parameters)[1] + self.footage.code.texture_offset)
         texture = drawn + light + skin * (own - self._drawn(frame) - light)
         canvas = self._canvases[frame].copy()
         inside = canvas[MARGIN:-MARGIN, MARGIN:-MARGIN].reshape(-1, 3)

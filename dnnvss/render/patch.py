@@ -18,6 +18,9 @@ MARGIN = 4
 _LIP_MARGIN = 3.0
 """Reference pixels round the lips that take no detail from the picture below, and over which it then fades in."""
 
+_BLUR = 1.0
+"""Standard deviation in texture pixels of what the mouth's sharpness is measured against."""
+
 
 @dataclass(frozen=True)
 class Patch:
@@ -30,11 +33,15 @@ class Patch:
         model: the fitted model.
         feather: width in reference pixels over which the texture fades in from the mesh's rim.
         ring: width of the moving ring over the mesh's radius.
+        sharpness: how much of its difference from a blurred copy is added to the inside of the mouth. Reading and
+            drawing a texture each blur it, and the modes leave the finest out; 0.7 gives teeth and tongue their
+            contrast back without a larger error (measured in ``docs/face.md``).
     """
 
     model: ActiveAppearanceModel
     feather: float = 6.0
     ring: float = 0.45
+    sharpness: float = 0.7
 
     @cached_property
     def edge(self) -> np.ndarray:
@@ -111,6 +118,35 @@ class Patch:
         cv2.fillPoly(lips, [np.rint(contour - 0.5).astype(np.int32)], 1)
         away = distance_transform_edt(lips == 0)[row, column] / warp.scale
         return np.clip((away - _LIP_MARGIN) / _LIP_MARGIN, 0, 1)[:, None].astype(np.float32)
+
+    def sharpened(self, textures: np.ndarray) -> np.ndarray:
+        """Return textures (..., N, 3) float32, sharpened inside the mouth; a linear map, so modes may go through it."""
+        flat = textures.reshape(-1, *textures.shape[-2:])
+        return np.stack([self._sharpened(t) for t in flat]).reshape(textures.shape) if self.sharpness else textures
+
+    def _sharpened(self, texture: np.ndarray) -> np.ndarray:
+        warp = self.model.warp
+        picture = warp.picture(texture.astype(np.float32))
+        weight = np.maximum(cv2.GaussianBlur(self._known.astype(np.float32), (0, 0), _BLUR), 1e-3)
+        blurred = cv2.GaussianBlur(picture, (0, 0), _BLUR) / weight[..., None]
+        sharp = picture + self.sharpness * self._mouth[..., None] * (picture - blurred)
+        return sharp.reshape(-1, 3)[warp.pixels]
+
+    @cached_property
+    def _known(self) -> np.ndarray:
+        """Which pixels of the texture's picture (H, W_) lie in the mesh."""
+        known = np.zeros(self.model.warp.size, dtype=bool)
+        known.ravel()[self.model.warp.pixels] = True
+        return known
+
+    @cached_property
+    def _mouth(self) -> np.ndarray:
+        """How much of each pixel of the texture's picture (H, W_) lies between the lips."""
+        warp = self.model.warp
+        mouth = np.zeros(warp.size, dtype=np.uint8)
+        contour = (warp.shape[self.model.layout.inner] - warp.origin) * warp.scale
+        cv2.fillPoly(mouth, [np.rint(contour - 0.5).astype(np.int32)], 1)
+        return cv2.GaussianBlur(mouth.astype(np.float32), (0, 0), 0.7 * _BLUR)
 
     @cached_property
     def _lips(self) -> np.ndarray:

@@ -102,9 +102,9 @@ class Renderer:
         model, pixels, share = self.model, self.model.warp.pixels, self.patch.share
         constant = canvas[MARGIN:-MARGIN, MARGIN:-MARGIN].reshape(-1, 3).astype(np.float32)
         still = model.mean_texture + self.neutral.texture_offset + self._detail()
-        constant[pixels] = (1 - share) * constant[pixels] + share * still
+        constant[pixels] = (1 - share) * constant[pixels] + share * self.patch.sharpened(still)
         modes = np.zeros((model.size, *constant.shape), dtype=np.float32)
-        modes[:, pixels] = share * model.texture_modes
+        modes[:, pixels] = share * self.patch.sharpened(model.texture_modes)
         return constant.ravel(), modes.reshape(model.size, -1)
 
     def _detail(self) -> np.ndarray:
