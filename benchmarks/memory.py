@@ -1,0 +1,114 @@
+"""Memory and speed of sampling for fourteen hours of corpus: 5,040,000 frames of all phone and viseme features.
+
+    OMP_NUM_THREADS=1 python benchmarks/memory.py [--hours 14]
+
+A child process makes a synthetic store of that size and its normalised targets, and saves both. Then this process opens
+them, mapped from disk, and trains the default network with Lightning. Printed are the size on disk beside that of dense
+float32 features, the time to open, the memory of the process and of a second one that has the same store open, and the
+share of a step that drawing a batch takes, for the default network and the paper's.
+"""
+
+import argparse
+import os
+import tempfile
+import time
+import warnings
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import torch
+from synthetic import all_features, synthetic_store
+from training import DIMENSIONS, STREAMS, Job, ours, random_targets
+
+from dnnvss.labels import CodeStore, NumericScaler
+from dnnvss.training.batches import FrameBatches
+
+BATCH = 512
+
+
+def make(folder: Path, frames: int) -> None:
+    """Write the store and, in parts, the targets."""
+    store = synthetic_store(all_features(), frames)
+    store.save(folder / "codes")
+    shape = (len(store), STREAMS * DIMENSIONS)
+    targets = np.lib.format.open_memmap(folder / "targets.npy", "w+", np.float32, shape)
+    for start in range(0, len(store), 100_000):
+        targets[start : start + 100_000] = random_targets(min(100_000, len(store) - start))
+
+
+def resident() -> dict[str, float]:
+    """Return MB of memory that the process holds: its own, and pages of mapped files that others can share."""
+    lines = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    return {name: int(lines[key].split()[0]) / 1024 for name, key in
+            (("own", "RssAnon"), ("mapped files", "RssFile"))}
+
+
+def child(work: "partial[None]") -> None:
+    """Run in a process of its own, so that its memory does not count in this one."""
+    if (pid := os.fork()) == 0:
+        work()
+        os._exit(0)
+    os.waitpid(pid, 0)
+
+
+def opened(folder: Path, report: bool) -> CodeStore:
+    """Return the store and print how long opening took, or what memory it costs a process."""
+    before, start = resident(), time.perf_counter()
+    store = CodeStore.open(folder / "codes")
+    if report:
+        print(f"opened in {1e3 * (time.perf_counter() - start):.1f} ms")
+        return store
+    rng, active = np.random.default_rng(0), 0
+    for _ in range(200):
+        active += len(store.active(rng.integers(0, len(store), 4096)))
+    after = resident()
+    print(f"a second process that has drawn {active:,} frames: own memory {after['own'] - before['own']:+.0f} MB, "
+          f"shared pages {after['mapped files'] - before['mapped files']:+.0f} MB", flush=True)
+    return store
+
+
+def drawing(store: CodeStore, targets: np.ndarray, batch: int) -> float:
+    """Return processor seconds to draw a batch, the order of the epoch included."""
+    batches = FrameBatches(store, NumericScaler.fit(store, np.arange(0, len(store), 100)), targets,
+                           np.arange(len(store), dtype=np.int32), batch, seed=0)
+    start = time.process_time()
+    iterator = iter(batches)
+    next(iterator)
+    order = time.process_time() - start
+    times = []
+    for _ in range(200):
+        start = time.process_time()
+        next(iterator)
+        times.append(time.process_time() - start)
+    return float(np.median(times)) + order / len(batches)
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hours", type=float, default=14)
+    arguments = parser.parse_args()
+    warnings.filterwarnings("ignore")
+    torch.set_num_threads(1)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        child(partial(make, folder, round(arguments.hours * 360_000)))
+        size = sum(p.stat().st_size for p in (folder / "codes").iterdir()) / 1e6
+        store = opened(folder, report=True)
+        dense = len(store) * store.table.width * 4 / 1e6
+        print(f"{len(store):,} frames x {store.table.width} columns: {size:.0f} MB on disk, dense float32 {dense:,.0f} "
+              f"MB, ratio {dense / size:.0f}")
+        child(partial(opened, folder, report=False))  # type: ignore[arg-type]
+        targets = np.load(folder / "targets.npy", mmap_mode="c")
+        for hidden, batch, optimizer, dropout in (([512] * 3, BATCH, "adamw", 0.0), ([3000] * 3, 1024, "sgd", 0.5)):
+            step = ours(Job(hidden, batch, optimizer, dropout), store, targets)()
+            spent = drawing(store, targets, batch)
+            memory = resident()
+            print(f"{' x '.join(map(str, hidden))}, batch {batch}: drawing {1e3 * spent:.2f} of {1e3 * step:.0f} ms "
+                  f"({100 * spent / step:.1f} %); memory of the process {memory['own']:.0f} MB, mapped files "
+                  f"{memory['mapped files']:.0f} MB", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,224 @@
+"""Frames a second in training: dnnvss, and the dense float32 pipeline that nnmnkwii and Merlin use, in one run.
+
+    python benchmarks/training.py                            3 x 3000 tanh, dropout .5, SGD with momentum, all features
+    python benchmarks/training.py --threads 1                the same in seconds of the processor: for a busy machine
+    python benchmarks/training.py --hidden 512 512 512 --batches 512 --optimizer adamw --dropout 0
+
+The peer holds every frame as 7,735 float32 numbers in a memory-mapped file, draws them with a DataLoader and trains the
+same network with torch's own layers and optimiser. Ours is a whole fit with Lightning: drawing of codes, logging,
+clipping. The two take turns; the best round counts, which other work on the machine disturbs least. The last column
+says what part of the machine's rate of matrix products, measured in the same rounds at the same batch, the products of
+hidden and output layers reach in the time of the whole step. bf16 is measured where the processor has it.
+"""
+
+import argparse
+import logging
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import lightning as L
+import numpy as np
+import torch
+from lightning.pytorch.callbacks import Callback
+from synthetic import all_features, synthetic_store
+from torch import Tensor, nn
+from torch.utils.data import DataLoader, Dataset
+
+from dnnvss.labels import CodeStore, NumericScaler, expand
+from dnnvss.models import FeedForward
+from dnnvss.training import FitSettings
+from dnnvss.training.batches import FrameBatches
+from dnnvss.training.module import FrameRegression
+from dnnvss.training.precision import has_bf16
+
+FRAMES, STREAMS, DIMENSIONS = 12_000, 3, 30
+SECONDS = 4.0  # of a round
+
+
+def clock() -> float:
+    """Return seconds: the processor's if there is one thread, the wall's otherwise."""
+    return time.process_time() if torch.get_num_threads() == 1 else time.perf_counter()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is trained."""
+
+    hidden: list[int]
+    batch: int
+    optimizer: str
+    dropout: float
+    device: str = "cpu"
+
+    @property
+    def settings(self) -> FitSettings:
+        return FitSettings(optimizer=self.optimizer, learning_rate=0.1 if self.optimizer == "sgd" else 3e-3,
+                           schedule="constant", batch_size=self.batch, share=1.0, stream_weights=(1.0,) * STREAMS)
+
+    @property
+    def products(self) -> float:
+        """Floating point operations a frame of the products after the first layer, forward and backward."""
+        return 6 * sum(a * b for a, b in pairwise([*self.hidden, STREAMS * DIMENSIONS]))
+
+
+class Watch(Callback):
+    """Ends a fit when its time is over and keeps the time between the starts of its batches."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds, self.starts = seconds, []
+
+    def on_train_batch_start(self, trainer: L.Trainer, *rest: object) -> None:
+        if torch.cuda.is_available():
+            torch.cuda.synchronize()
+        self.starts.append(clock())
+        if len(self.starts) > 4 and self.starts[-1] - self.starts[0] > self.seconds:
+            trainer.should_stop = True
+
+    @property
+    def step(self) -> float:
+        """Seconds of a typical step, without the first two."""
+        return float(np.median(np.diff(self.starts)[2:]))
+
+
+def random_targets(frames: int) -> np.ndarray:
+    """Return normalised streams (frames, W x D)."""
+    return np.random.default_rng(1).normal(size=(frames, STREAMS * DIMENSIONS)).astype(np.float32)
+
+
+def ours(job: Job, store: CodeStore, targets: np.ndarray, precision: str = "32-true") -> Callable[[], float]:
+    """Return what measures a step of ours, in seconds."""
+    table, every = store.table, np.arange(len(store), dtype=np.int32)
+    batches = FrameBatches(store, NumericScaler.fit(store), targets, every, job.batch, seed=0)
+    if job.device == "cuda":
+        batches.to(job.device)
+    network = FeedForward(table.binary_width, table.numeric_width, table.active_width, targets.shape[1], job.hidden,
+                          dropout=job.dropout)
+    module = FrameRegression(network, job.settings, STREAMS, DIMENSIONS)
+
+    def round_() -> float:
+        watch = Watch(SECONDS)
+        trainer = L.Trainer(accelerator="gpu" if job.device == "cuda" else "cpu", devices=1, max_epochs=10**6,
+                            precision=precision, callbacks=[watch], logger=False,  # type: ignore[arg-type]
+                            enable_checkpointing=False, enable_progress_bar=False, enable_model_summary=False,
+                            gradient_clip_val=1.0)
+        trainer.fit(module, DataLoader(batches, batch_size=None))
+        return watch.step
+
+    return round_
+
+
+class DenseFrames(Dataset):
+    """Rows of two arrays, one after the other."""
+
+    def __init__(self, inputs: np.ndarray, targets: np.ndarray) -> None:
+        self.inputs, self.targets = inputs, targets
+
+    def __len__(self) -> int:
+        return len(self.inputs)
+
+    def __getitem__(self, index: int) -> tuple[np.ndarray, np.ndarray]:
+        return self.inputs[index], self.targets[index]
+
+
+def peer(job: Job, store: CodeStore, targets: np.ndarray, folder: Path) -> Callable[[], float]:
+    """Return what measures a step of the dense pipeline, in seconds."""
+    path = folder / "dense.npy"
+    if not path.exists():
+        np.save(path, expand(store))
+    inputs = np.load(path, mmap_mode="r+")
+    layers: list[nn.Module] = []
+    for before, after in pairwise([inputs.shape[1], *job.hidden]):
+        layers += [nn.Linear(before, after), nn.Tanh(), nn.Dropout(job.dropout)]
+    network = nn.Sequential(*layers, nn.Linear(job.hidden[-1], targets.shape[1])).to(job.device)
+    optimizer = (torch.optim.SGD(network.parameters(), 0.1, momentum=0.9) if job.optimizer == "sgd" else
+                 torch.optim.AdamW(network.parameters(), 3e-3))
+
+    def step(x: Tensor, y: Tensor) -> None:
+        optimizer.zero_grad()
+        (network(x.to(job.device)) - y.to(job.device)).square().mean().backward()
+        optimizer.step()
+
+    def round_() -> float:
+        starts = [clock()]
+        while starts[-1] - starts[0] < SECONDS or len(starts) < 5:
+            for x, y in DataLoader(DenseFrames(inputs, targets), batch_size=job.batch, shuffle=True, drop_last=True):
+                step(x, y)
+                starts.append(clock())
+                if starts[-1] - starts[0] > SECONDS and len(starts) >= 5:
+                    break
+        return float(np.median(np.diff(starts)[2:]))
+
+    return round_
+
+
+def product_rate(job: Job, dtype: torch.dtype) -> Callable[[], float]:
+    """Return what measures seconds per 10^12 operations of the best of a layer's three matrix products."""
+    wide = max(job.hidden)
+    x, g = (torch.randn(job.batch, wide, device=job.device, dtype=dtype) for _ in range(2))
+    w, out = (torch.randn(wide, wide, device=job.device, dtype=dtype) for _ in range(2))
+    small = torch.empty_like(x)
+    ways = [lambda: torch.mm(x, w.T, out=small), lambda: torch.mm(g, w, out=small), lambda: torch.mm(g.T, x, out=out)]
+
+    def round_() -> float:
+        best, until = np.inf, clock() + SECONDS / 3
+        while clock() < until or best == np.inf:
+            for way in ways:
+                start = clock()
+                way()
+                if job.device == "cuda":
+                    torch.cuda.synchronize()
+                best = min(best, clock() - start)
+        return best / (2 * job.batch * wide**2 / 1e12)
+
+    return round_
+
+
+def compare(job: Job, rounds: int, folder: Path) -> None:
+    """Print one table of a batch size."""
+    store = synthetic_store(all_features(), FRAMES)
+    targets = random_targets(len(store))
+    ways = {"dense pipeline, float32": peer(job, store, targets, folder), "ours, float32": ours(job, store, targets)}
+    rates = {"float32": product_rate(job, torch.float32)}
+    if has_bf16(job.device):
+        rates["bf16"] = product_rate(job, torch.bfloat16)
+        ways["ours, bf16"] = ours(job, store, targets, "bf16-mixed")
+    best = {name: min(times) for name, times in
+            zip([*ways, *rates], zip(*([way() for way in (*ways.values(), *rates.values())] for _ in range(rounds)),
+                                     strict=True), strict=True)}
+    first = next(iter(ways))
+    print(f"\n{' x '.join(map(str, job.hidden))}, batch {job.batch}, {job.optimizer}, dropout {job.dropout}; matrix "
+          "products: " + ", ".join(f"{1 / best[name]:.3f} TFLOP/s in {name}" for name in rates))
+    print(f"{'':32}{'ms a step':>11}{'frames/s':>10}{'ratio':>7}{'of the roofline':>17}")
+    for name in ways:
+        rate = best["bf16" if "bf16" in name else "float32"]
+        share = job.products * job.batch / 1e12 * rate / best[name]
+        print(f"{name:32}{1e3 * best[name]:11.1f}{job.batch / best[name]:10.0f}{best[first] / best[name]:7.2f}"
+              f"{100 * share:16.0f}%", flush=True)
+
+
+def main() -> None:
+    """Print a table for each batch size."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hidden", type=int, nargs="+", default=[3000, 3000, 3000])
+    parser.add_argument("--batches", type=int, nargs="+", default=[100, 1024])
+    parser.add_argument("--optimizer", choices=("sgd", "adamw"), default="sgd")
+    parser.add_argument("--dropout", type=float, default=0.5)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--threads", type=int, default=2)
+    arguments = parser.parse_args()
+    torch.set_num_threads(arguments.threads)
+    warnings.filterwarnings("ignore")
+    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
+    with tempfile.TemporaryDirectory() as folder:
+        for batch in arguments.batches:
+            job = Job(arguments.hidden, batch, arguments.optimizer, arguments.dropout)
+            compare(job, arguments.rounds, Path(folder))
+
+
+if __name__ == "__main__":
+    main()
