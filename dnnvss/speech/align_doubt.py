@@ -20,9 +20,9 @@ Right words have means from -30 to -8 (eSpeak NG's voices down to -52), worst wo
 length down to -37. Sentences of other words that are found at all have means from -52, speech that the text leaves out
 gives silences from -90 to -38."""
 
-SHORT = 0.16
-"""Seconds up to which a silence is not judged: stops and pauses of some voices sound there. A word that the text leaves
-out takes 0.19 s and more."""
+_PAUSE, _SHORT = 0.1, 0.16
+"""Seconds from which a silence is judged: where the words are doubtful, and where they fit. Stops and pauses of some
+voices sound for 0.15 s; a word that the text leaves out takes 0.19 s and more."""
 
 DOUBTFUL = -30.0
 """Mean log score a frame below which the sound is compared with the phones that fit it best, whatever they are; also
@@ -77,8 +77,9 @@ def doubt(heard: Sequence[Heard], words: Sequence[Word], audio: np.ndarray, star
         own = score([h for h in spoken if h.word == index])
         if own < WORD_BELOW:
             return f"does not fit the sound at the word {word!r} (score {own:.0f} a frame)"
+    shortest = _PAUSE if mean < DOUBTFUL else _SHORT
     for pause in heard:
-        if pause.word < 0 and pause.end - pause.start > SHORT and score([pause]) < SILENCE_BELOW:
+        if pause.word < 0 and pause.end - pause.start > shortest and score([pause]) < SILENCE_BELOW:
             return f"leaves out what is said from {start + pause.start:.2f} to {start + pause.end:.2f} s"
     return ""
 

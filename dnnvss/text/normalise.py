@@ -12,7 +12,9 @@ from dnnvss.text.tokens import Token, table
 from dnnvss.text.variants import VARIANTS
 from dnnvss.text.wording import Place
 
-_SPACE = re.compile(r"(?:\s|[\u00ad\u200b-\u200f\u2060\ufeff\ufe0f])+")
+_SPACE = re.compile(r"(?:\s|\u200b)+")
+_UNSEEN = re.compile(r"[\u00ad\u200c-\u200f\u202a-\u202e\u2060\u2066-\u2069\ufeff\ufe0f]")
+"""Soft hyphens, joiners and marks of direction: they show nothing and part no words."""
 _PHONES = re.compile(r"\{([^{}]*)\}")
 _PAUSE = re.compile(r"\[pause(?:\s+(?P<n>\d+(?:\.\d+)?)\s*(?P<unit>ms|s))?\]"
                     r"|<break\b(?:[^<>]*time=\"(?P<n2>\d+(?:\.\d+)?)(?P<unit2>ms|s)\")?[^<>]*>", re.IGNORECASE)
@@ -44,7 +46,7 @@ def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Tok
     if variant not in VARIANTS:
         raise DnnvssError(f"unknown variant {variant!r}", remedy=f"Use one of: {', '.join(VARIANTS)}")
     found: list[Token] = []
-    _scan(unicodedata.normalize("NFC", text), variant == "en_gb", lenient, found)
+    _scan(unicodedata.normalize("NFC", _UNSEEN.sub("", text)), variant == "en_gb", lenient, found)
     return found
 
 

@@ -44,6 +44,7 @@ def test_what_cannot_be_spoken_is_named(text: str, piece: str) -> None:
     ("\u201cHello,\u201d he said\u2026", "hello he said"),
     ("caf\u00e9 na\u00efve", "cafe naive"),
     ("zero\u200bwidth\ufeff", "zero width"),
+    ("a soft\u00adened \u2066word\u2069", "a softened word"),
 ])
 def test_what_can_be_spoken_is(text: str, words: str) -> None:
     assert " ".join(spoken(text)) == words
