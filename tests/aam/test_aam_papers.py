@@ -50,6 +50,14 @@ def test_settings_choose_their_points_of_the_face_mesh(name: str, points: int) -
     assert len(layout.rows) == points == len(set(layout.rows))
 
 
+def test_train_takes_the_settings_by_their_name() -> None:
+    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
+        chosen = compose("train", ["corpus=grid", "aam=c04", "aam.modes=20"]).aam
+    config = AAMConfig.from_dict(OmegaConf.to_container(chosen, resolve=True))  # type: ignore[arg-type]
+    assert (config.alignment, config.colour, config.modes) == ("rigid", "luminance", 20)
+    assert [part.name for part in config.parts] == ["mouth", "jaw", "eyes"]
+
+
 def test_hand_labels_have_settings_of_their_own() -> None:
     layout = settings("labelled").points.layout(SCHEMES["lips_jaw_nostrils"].groups)
     assert sorted(layout.rows.tolist()) == list(range(34)) and layout.stable.tolist() == list(range(34, 40))
