@@ -1,0 +1,72 @@
+"""How long ``synth.py`` takes from the start of its process to the first picture, and to its end.
+
+    python benchmarks/startup.py RUN-OR-BUNDLE ... [speech=formant]
+
+Each is started several times in turn, beside a process that imports nothing but torch. CPU time is the process's own,
+user and system; wall time is counted from before the process starts.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+TEXT = "place red at g nine now, please"
+PROGRAM = """
+import json, runpy, sys, time
+mark, sys.argv = sys.argv[1], sys.argv[2:]
+import dnnvss.render.renderer as renderer
+def frames(self, parameters, draw=renderer.Renderer.frames):
+    for number, picture in enumerate(draw(self, parameters)):
+        if number == 0:
+            with open(mark, "w") as file:
+                json.dump([time.time(), time.process_time()], file)
+        yield picture
+renderer.Renderer.frames = frames
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+TORCH = "import json, sys, time, torch; json.dump([time.time(), time.process_time()], open(sys.argv[1], 'w'))"
+
+
+def started(program: str, arguments: list[str], mark: Path) -> list[float]:
+    """Return wall and CPU seconds to the mark, and wall seconds to the end."""
+    start = time.time()
+    subprocess.run([sys.executable, "-c", program, str(mark), *arguments], check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    wall, cpu = json.loads(mark.read_text())
+    return [wall - start, cpu, time.time() - start]
+
+
+def main() -> None:
+    """Print the medians."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", help="run folders or bundles; what holds '=' is a setting of synth.py")
+    parser.add_argument("--repeats", type=int, default=5)
+    options = parser.parse_args()
+    settings = [a for a in options.runs if "=" in a] or ["speech=none"]
+    with tempfile.TemporaryDirectory() as folder:
+        mark = Path(folder) / "mark.json"
+        jobs = {"import torch": (TORCH, [])}
+        for run in (a for a in options.runs if "=" not in a):
+            said = [f"run={run}", f"text={TEXT}", f"out={folder}/a.mp4", *settings]
+            jobs[run] = (PROGRAM, [str(ROOT / "synth.py"), *said])
+        times = {name: [] for name in jobs}
+        for _ in range(options.repeats):
+            for name, (program, arguments) in jobs.items():
+                times[name].append(started(program, arguments, mark))
+    print(f"seconds, median of {options.repeats}, one thread, {' '.join(settings)}")
+    print(f"{'':44} {'first picture':>14} {'CPU':>6} {'whole command':>14}")
+    for name, rows in times.items():
+        first, cpu, whole = np.median(rows, axis=0)
+        print(f"{name[-44:]:44} {first:14.2f} {cpu:6.2f} {whole:14.2f}")
+
+
+if __name__ == "__main__":
+    main()
