@@ -9,7 +9,8 @@ Gauss-Newton step, with the shape parameters ``p`` and their precision ``P``, is
 
 ``K`` is computed once, so that a step of the simultaneous algorithm costs little more than one of the project-out
 algorithm, which keeps ``c`` at the mean texture. Gain and offset of the light are columns of ``A`` and cost nothing.
-``P`` is the prior of the shape modes (maximum a posteriori); pose has none.
+``P`` is the prior of the shape modes (maximum a posteriori), beside the variance of what is left now: a texture that
+fits without rest needs no prior. Pose has none.
 
 **Source**: Matthews and Baker 2004, *Active Appearance Models Revisited* (inverse composition, project-out); Gross,
 Matthews and Baker 2005, *Generic vs. person specific active appearance models* (simultaneous); Papandreou and Maragos
@@ -40,7 +41,6 @@ class Level:
         shapes: the shape model, in pixels of the labelled pictures.
         scale: texture pixels per pixel of the labelled pictures.
         appearance: the basis A (m, N C) float32, a row each: C offsets, C gains of the mean texture, modes.
-        noise: variance of a texture value that the modes leave, for a texture of variance 1.
         prior: weight of the shape prior.
         project_out: steps with the steepest-descent images of the mean texture alone.
     """
@@ -48,7 +48,6 @@ class Level:
     shapes: Shapes
     scale: float
     appearance: np.ndarray
-    noise: float
     prior: float
     project_out: bool = False
 
@@ -97,8 +96,8 @@ class Level:
 
     @cached_property
     def _precision(self) -> np.ndarray:
-        """The precision (n,) of the basis for a texture of length 1."""
-        own = self.prior * self.noise / self.shapes.deviations**2 / self.appearance.shape[1]
+        """The precision (n,) of the basis for what is left of a texture, squared and summed."""
+        own = self.prior / self.shapes.deviations**2 / self.appearance.shape[1]
         return np.concatenate([np.zeros(4), own]).astype(np.float32)
 
     @cached_property
@@ -135,7 +134,7 @@ class Level:
             ex, ey = (e.reshape(-1, self.channels).sum(axis=1) for e in (ex, ey))
         n = len(wx)
         hessian = (np.outer(coefficients, coefficients).ravel() @ self._curvature).reshape(n, n)
-        precision = self._precision * (gains @ gains)
+        precision = self._precision * (left @ left)
         hessian.flat[::n + 1] += precision + 1e-6 * hessian.trace() / n + 1e-9
         toward = wx @ ex + wy @ ey
         toward[4:] += precision[4:] * parameters
@@ -178,9 +177,8 @@ def fit_level(
     rows = textures - (textures @ light) @ light.T
     rows = (rows - rows.mean(axis=0)).astype(np.float32)
     found = components(rows, variance)
-    left = max(found.total - float((found.deviations**2).sum()), 1e-3 * found.total) / textures.shape[1]
     basis, _ = np.linalg.qr(np.concatenate([light.T, found.modes]).T.astype(np.float64))
-    return Level(shapes, scale, np.ascontiguousarray(basis.T, np.float32), left, prior, project_out)
+    return Level(shapes, scale, np.ascontiguousarray(basis.T, np.float32), prior, project_out)
 
 
 def _dense(warp: Warp) -> np.ndarray:

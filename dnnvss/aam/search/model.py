@@ -39,9 +39,9 @@ class SearchSettings:
     scales: tuple[float, ...] = (0.5, 1.0)
     most_pixels: int = 8000
     colour: str = "grey"
-    shape_variance: float = 0.995
+    shape_variance: float = 0.999
     appearance_variance: float = 0.95
-    shape_prior: float = 200.0
+    shape_prior: float = 40.0
     iterations: int = 12
     tolerance: float = 0.1
     project_out: bool = False
@@ -120,8 +120,7 @@ class SearchModel:
             path, format=_FORMAT, settings=np.array(json.dumps(asdict(self.settings))), mean=self.shapes.mean,
             modes=self.shapes.modes, deviations=self.shapes.deviations, triangles=self.shapes.triangles,
             scales=np.array([level.scale for level in self.levels]),
-            noises=np.array([level.noise for level in self.levels]), patch=self.patch, corner=self.corner,
-            limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels)
+            patch=self.patch, corner=self.corner, limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels)
 
     @classmethod
     def load(cls, path: str | Path) -> "SearchModel":
@@ -136,9 +135,8 @@ class SearchModel:
         plain = json.loads(str(arrays["settings"]))
         settings = SearchSettings(**{**plain, "scales": tuple(plain["scales"])})
         shapes = Shapes(arrays["mean"], arrays["modes"], arrays["deviations"], arrays["triangles"])
-        levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], float(n), settings.shape_prior,
-                             settings.project_out)
-                       for i, (s, n) in enumerate(zip(arrays["scales"], arrays["noises"], strict=True)))
+        levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], settings.shape_prior, settings.project_out)
+                       for i, s in enumerate(arrays["scales"]))
         return cls(settings, shapes, levels, arrays["patch"], arrays["corner"],
                    Limits(*(float(v) for v in arrays["limits"])))
 

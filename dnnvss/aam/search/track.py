@@ -18,6 +18,8 @@ _JUMP, _GROWTH = 0.35, 1.2
 """The farthest that a face moves from frame to frame, in its own size, and the most that it grows."""
 _RIVAL = 2.0
 """A second face whose error is within this multiple of the first's makes the first doubtful."""
+_BLURRED = 4.0
+"""A blurred face's error is within this multiple of the limit."""
 _NEAR = (1.0, 0.87, 1.15)
 """Sizes of face, beside the last seen, that are tried first after a loss."""
 
@@ -70,12 +72,17 @@ def track(model: SearchModel, frames: Sequence[np.ndarray], before: np.ndarray |
 
 
 def judge(model: SearchModel, found: Found) -> int:
-    """Return the flag of what a search ended with, were it alone: ok, lost, outside or blurred."""
-    if found.error > model.limits.error or found.unusual > model.limits.shape:
+    """Return the flag of what a search ended with, were it alone: ok, lost, outside or blurred.
+
+    A blurred picture of a face leaves more unexplained than a sharp one, though less than no face does.
+    """
+    limits = model.limits
+    blurred = found.sharpness < limits.sharpness
+    if found.error > limits.error * (_BLURRED if blurred else 1.0) or found.unusual > limits.shape:
         return LOST
     if found.outside > 0:
         return OUTSIDE
-    return BLURRED if found.sharpness < model.limits.sharpness else OK
+    return BLURRED if blurred else OK
 
 
 def _begin(model: SearchModel, frames: Sequence[np.ndarray]) -> tuple[int, Found | None, bool]:
