@@ -17,7 +17,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from omegaconf import OmegaConf
 
 from dnnvss.corpus import Utterance
 from dnnvss.pipeline.folder import Run
@@ -27,7 +26,7 @@ from dnnvss.pipeline.synthesise import read_voice, replace_unseen
 from dnnvss.render import Neutral, Renderer
 from dnnvss.speech.durations import DurationModel
 from dnnvss.text.sentence import parse
-from dnnvss.trajectory import mlpg, resample
+from dnnvss.trajectory import Style, mlpg, resample
 
 CONF = Path(__file__).parents[1] / "conf"
 TEXT = "place red at g nine now, please"
@@ -53,9 +52,9 @@ class Stopwatch:
         return float(np.median(self.times[stage]))
 
 
-def speak(run: Run, voice: dict, durations: DurationModel, renderer: Renderer, seconds: float, timed: Stopwatch) -> int:
+def speak(run: Run, voice: dict, durations: DurationModel, renderer: Renderer, style: Style, seconds: float,
+          timed: Stopwatch) -> int:
     """Say the sentence once; return its frames."""
-    style = make_style(OmegaConf.create({**compose(CONF, "synth", []).style}), run.face.names)
     with timed("text"):
         sentence = parse(TEXT, variant=voice["variant"])
     with timed("durations"):
@@ -88,9 +87,10 @@ def main() -> None:
         run, timed = Run.open(folder), Stopwatch()
         voice, durations = read_voice(run), DurationModel.load(run.folder / "durations.npz")
         renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
-        speak(run, voice, durations, renderer, options.seconds, Stopwatch())  # what is read once is read
+        style = make_style(compose(CONF, "synth", []).style, run.face.names)
+        speak(run, voice, durations, renderer, style, options.seconds, Stopwatch())  # what is read once is read
         for _ in range(options.repeats):
-            frames = speak(run, voice, durations, renderer, options.seconds, timed)
+            frames = speak(run, voice, durations, renderer, style, options.seconds, timed)
         plain = sum(timed.median(s) for s in TO_TRAJECTORY)
         lively = plain - timed.median("MLPG") + timed.median("articulated instead")
         print(f"\n{folder.name}, {frames} frames")

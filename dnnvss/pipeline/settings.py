@@ -46,17 +46,17 @@ def _file(folder: Path, name: str, chosen: dict[str, str]) -> DictConfig:
                           remedy=f"Use one of {sorted(p.stem for p in folder.glob('*.yaml'))}")
     own = OmegaConf.load(path)
     assert isinstance(own, DictConfig)
-    merged = OmegaConf.create({})
+    parts: list[Any] = []
     for entry in own.pop("defaults", []):
         if isinstance(entry, str):
             if entry != "_self_":
-                merged = OmegaConf.merge(merged, _file(folder, entry, {}))
+                parts.append(_file(folder, entry, {}))
             continue
         (group, choice), = entry.items()
         if not group.startswith("override "):
-            merged = OmegaConf.merge(merged, {group: _file(folder / group, chosen.get(group, choice), {})})
+            parts.append({group: _file(folder / group, chosen.get(group, choice), {})})
     own.pop("hydra", None)
-    result = OmegaConf.merge(merged, own)
+    result = OmegaConf.merge(*parts, own)
     assert isinstance(result, DictConfig)
     return result
 
