@@ -84,7 +84,7 @@ class ActiveAppearanceModel:
         """The number of parameters D."""
         return len(self.deviations)
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of the parameters, in order."""
         if self.config.parts:

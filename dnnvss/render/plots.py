@@ -82,7 +82,7 @@ def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Frac
         axes.plot(times, values, color=colour, linewidth=1.4)
         axes.axhline(float(np.median(values[valid])), color="#999999", linewidth=0.8, linestyle="--")
         axes.set(ylabel=name, xlim=(0, clock.seconds(len(valid))), ylim=(0, None))
-        for frame in np.flatnonzero(~valid):
+        for frame in np.flatnonzero(~valid).tolist():
             axes.axvspan(clock.seconds(frame), clock.seconds(frame + 1), color="#eecccc", linewidth=0)
         for edge in phones.edges:
             axes.axvline(edge, color="#dddddd", linewidth=0.6, zorder=0)
