@@ -103,13 +103,13 @@ def _shared(phones: Tier, syllable: np.ndarray, edges: np.ndarray, viseme_edges:
     seen = np.diff(viseme_edges) > 0
     viseme_phones = np.zeros(len(seen), int)
     viseme_phones[seen] = spoken[phone_at[viseme_edges[1:][seen] - 1] + 1] - spoken[phone_at[viseme_edges[:-1][seen]]]
-    starts, ends = edges[:-1], edges[1:]
     first, count = np.zeros(len(syllable), int), np.zeros(len(syllable), int)
-    for s in range(int(syllable.max(initial=-1)) + 1):
-        members = syllable == s
-        low, high = int(starts[members].min()), int(ends[members].max())
-        if high > low:
-            first[members], count[members] = viseme_at[low], viseme_at[high - 1] - viseme_at[low] + 1
+    inside = np.flatnonzero(syllable >= 0)
+    low = edges[:-1][inside[np.searchsorted(syllable[inside], syllable[inside], side="left")]]
+    high = edges[1:][inside[np.searchsorted(syllable[inside], syllable[inside], side="right") - 1]]
+    framed = high > low
+    opening, closing = viseme_at[low[framed]], viseme_at[high[framed] - 1]
+    first[inside[framed]], count[inside[framed]] = opening, closing - opening + 1
     return {"viseme_phones": viseme_phones, "syllable_viseme_start": first, "syllable_visemes": count}
 
 

@@ -107,28 +107,31 @@ def _renumbered(owner: np.ndarray) -> np.ndarray:
     return np.where(owner >= 0, np.searchsorted(kept, owner), -1)
 
 
+def _runs(word: np.ndarray) -> list[np.ndarray]:
+    """Return the phones of each word, in order."""
+    spoken = np.flatnonzero(word >= 0)
+    return np.split(spoken, np.flatnonzero(np.diff(word[spoken])) + 1) if len(spoken) else []
+
+
 def _syllables(labels: tuple[str, ...], word: np.ndarray) -> np.ndarray:
     """Return the index (N,) of each phone's syllable, -1 in silence."""
-    syllable, count = np.full(len(word), -1), 0
-    for w in range(word.max(initial=-1) + 1):
-        members = np.flatnonzero(word == w)
-        starts = np.zeros(len(members), int)
-        starts[syllable_starts([labels[i] for i in members])] = 1
-        syllable[members] = count + np.cumsum(starts) - 1
-        count = int(syllable[members[-1]]) + 1
+    begins, syllable = np.zeros(len(word), int), np.full(len(word), -1)
+    for members in _runs(word):
+        begins[members[syllable_starts([labels[i] for i in members])]] = 1
+    spoken = word >= 0
+    syllable[spoken] = np.cumsum(begins[spoken]) - 1
     return syllable
 
 
 def _stress(alignment: Alignment, owner: np.ndarray, word: np.ndarray, syllable: np.ndarray) -> np.ndarray:
     """Return the stress (N,) of each phone's syllable."""
-    labels = alignment["phones"].labels
+    labels, names, syllables = alignment["phones"].labels, alignment["words"].labels, syllable.tolist()
     stress = np.full(len(word), -1)
-    for w in range(word.max(initial=-1) + 1):
-        members = np.flatnonzero(word == w)
-        name = alignment["words"].labels[owner[members[0]]].strip().lower()
+    for members in _runs(word):
+        name = names[owner[members[0]]].strip().lower()
         stressed = with_stress(name, tuple(labels[i] for i in members))
-        digits = {int(syllable[i]): int(p[-1]) for i, p in zip(members, stressed, strict=True) if p[-1].isdigit()}
-        stress[members] = [digits.get(int(syllable[i]), 0) for i in members]
+        digits = {syllables[i]: int(p[-1]) for i, p in zip(members, stressed, strict=True) if p[-1].isdigit()}
+        stress[members] = [digits.get(syllables[i], 0) for i in members]
     return stress
 
 
@@ -167,12 +170,16 @@ def _punctuated(labels: tuple[str, ...], text: str) -> set[int]:
 
 
 def _inside(unit: np.ndarray, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the position of each ``unit`` in its ``outer`` unit and the outer unit's count, each (N,)."""
+    """Return the position of each ``unit`` in its ``outer`` unit and the outer unit's count, each (N,).
+
+    Both are numbered in order, so an outer unit holds the units from that of its first phone to that of its last.
+    """
     position, count = np.full(len(unit), -1), np.zeros(len(unit), int)
-    for o in range(outer.max(initial=-1) + 1):
-        members = outer == o
-        kinds = np.unique(unit[members])
-        position[members], count[members] = np.searchsorted(kinds, unit[members]), len(kinds)
+    spoken = outer >= 0
+    inner, place = unit[spoken], outer[spoken]
+    first = inner[np.searchsorted(place, place, side="left")]
+    last = inner[np.searchsorted(place, place, side="right") - 1]
+    position[spoken], count[spoken] = inner - first, last - first + 1
     return position, count
 
 

@@ -20,7 +20,7 @@ def alignments(draw: st.DrawFn, units: int = 12) -> Alignment:
             phones.append((time, time + length, label))
             time += length
         words.append((start, time, "" if kind in PHONES else f"w{len(words)}"))
-    if time - begin < 0.02:
+    if time - begin < 0.0401:  # a frame of the lowest rate
         phones.append((time, time + 0.05, "sil"))
         words.append((time, time + 0.05, ""))
         time += 0.05
