@@ -1,6 +1,6 @@
 """How well thirty labelled frames find the points of all others, beside menpofit on the same frames and starts.
 
-    OMP_NUM_THREADS=1 python benchmarks/aam_search.py --raw GRID [--split test] [--clips 50] [--peer /tmp/menpo/bin/python]
+    OMP_NUM_THREADS=1 python benchmarks/aam_search.py --raw GRID [--split test] [--peer /tmp/menpo/bin/python]
 
 The frames to label are chosen by the package from training clips; their points are the corpus's own landmarks, taken as
 hand labels (34 points of lips, jaw and nostrils). Every frame of the split's clips is then tracked from nothing. Prints
@@ -222,8 +222,8 @@ def main() -> None:
         good = [lip_error(search(own, talks[c].images[f], s, wide=w).points, talks[c].points[f]) < NEAR
                 for w in (False, True) for c, f, s in several]
         half = len(several)
-        print(f"ours, {name}: lips {error:.3f} (worst clip {worst:.2f}), {rate:.0f} fits a second; from {OFF:.0f} pixels "
-              f"off {100 * np.mean(good[:half]):.0f} % of {half}, with the mean picture first "
+        print(f"ours, {name}: lips {error:.3f} (worst clip {worst:.2f}), {rate:.0f} fits a second; from {OFF:.0f} "
+              f"pixels off {100 * np.mean(good[:half]):.0f} % of {half}, with the mean picture first "
               f"{100 * np.mean(good[half:]):.0f} %", flush=True)
     faces = [lip_error(detect(model, talks[c].images[f])[0].points, talks[c].points[f]) < NEAR for c, f, _ in several]
     print(f"detection in the whole picture: {100 * np.mean(faces):.0f} % of {len(faces)}")

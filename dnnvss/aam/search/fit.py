@@ -13,8 +13,8 @@ from dnnvss.errors import DnnvssError
 _FOLDS = 5
 _DEVIATIONS = 6.0
 """Robust standard deviations beyond which a frame's error counts as lost."""
-_SLACK = 1.5
-"""The limit is no less than this multiple of the median error of frames that the model had not seen."""
+_SLACK, _LEAST = 3.0, 0.03
+"""The limit is no less than this multiple of the median error of frames that the model had not seen, nor than this."""
 _BLUR = 0.4
 """Share of the median sharpness of the labelled frames below which a frame counts as blurred."""
 _SHAPE = 2.2
@@ -49,7 +49,7 @@ def fit_search(images: Sequence[np.ndarray], points: np.ndarray, settings: Searc
 def learn_limits(found: Sequence[Found]) -> Limits:
     """Return the limits that frames known to be right set (robust, so that a few wrong ones among them do no harm)."""
     errors = np.array([f.error for f in found])
-    return Limits(robust_limit(errors, _DEVIATIONS, _SLACK * float(np.median(errors))),
+    return Limits(robust_limit(errors, _DEVIATIONS, max(_SLACK * float(np.median(errors)), _LEAST)),
                   max(robust_limit(np.array([f.unusual for f in found]), _DEVIATIONS), _SHAPE),
                   _BLUR * float(np.median([f.sharpness for f in found])))
 

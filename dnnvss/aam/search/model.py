@@ -120,7 +120,8 @@ class SearchModel:
             path, format=_FORMAT, settings=np.array(json.dumps(asdict(self.settings))), mean=self.shapes.mean,
             modes=self.shapes.modes, deviations=self.shapes.deviations, triangles=self.shapes.triangles,
             scales=np.array([level.scale for level in self.levels]),
-            patch=self.patch, corner=self.corner, limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels)
+            patch=self.patch, corner=self.corner,
+            limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels)
 
     @classmethod
     def load(cls, path: str | Path) -> "SearchModel":
