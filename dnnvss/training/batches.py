@@ -54,7 +54,8 @@ class FrameBatches(IterableDataset):
         rank, world = self.place()
         for number in range(len(self)):
             frames = order[number * self.batch_size : (number + 1) * self.batch_size]
-            yield self.batch(frames[rank::world], number)
+            own = frames[rank::world]
+            yield self.batch(own if len(own) else frames[:1], number)  # too few to share: one twice
 
     def to(self, device: Any) -> Self:
         """Move codes and targets to a device, which then draws batches without the host (11 bytes of codes a frame)."""
