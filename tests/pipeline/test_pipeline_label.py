@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from aam.aam_cases import picture
-from pipeline.browser import CHROMIUM, open_browser
+from browser import CHROMIUM, open_browser
 
 from dnnvss.aam.labelling import Label, Sheet
 from dnnvss.aam.labelling.sheet import write_picture

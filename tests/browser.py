@@ -47,8 +47,9 @@ class Browser:
         return json.loads(message)
 
     def ask(self, expression: str) -> Any:
-        """Return the value of a JavaScript expression."""
-        answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        """Return the value of a JavaScript expression, evaluated as if the user had asked for it."""
+        answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True,
+                           userGesture=True)
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
