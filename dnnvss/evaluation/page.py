@@ -90,7 +90,8 @@ def _values(result: Comparison) -> str:
 def _card(result: Comparison, m: Measure) -> str:
     """Return one metric as a row of dots with their intervals."""
     estimates = {s: result.estimate(s, m.name) for s in result.pairs}
-    known = {s: e for s, e in estimates.items() if not np.isnan(e.value)}
+    known = {s: Estimate(e.value, float(np.fmin(e.low, e.value)), float(np.fmax(e.high, e.value)))
+             for s, e in estimates.items() if not np.isnan(e.value)}
     if not known:
         return ""
     low = min(e.low for e in known.values())
@@ -129,9 +130,9 @@ def _tests(result: Comparison) -> str:
     for m in result.measures:
         for a, b, d, p in result.tests(m.name):
             if not np.isnan(d.value):
-                e = Estimate(d.value, d.low, d.high)
-                cells = [html.escape(m.title), html.escape(f"{b} less {a}"), number(e.value),
-                         f"{number(e.low)} to {number(e.high)}", f"{d.p:.4f}", f"{p:.4f}"]
+                span = number(d.low) if np.isnan(d.low) else f"{number(d.low)} to {number(d.high)}"
+                cells = [html.escape(m.title), html.escape(f"{b} less {a}"), number(d.value), span, f"{d.p:.4f}",
+                         f"{p:.4f}"]
                 rows.append(("system", cells))
     head = ["metric", "systems", "difference", "95 % interval", "p (permutation)", "p (Holm)"]
     return f'<h2>Paired differences</h2><div class="scroll">{_table(head, rows)}</div>'

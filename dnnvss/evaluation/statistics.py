@@ -14,7 +14,8 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with the interval that holds 95 % of bootstrap resamples; NaN where nothing was measured."""
+    """A value with the interval that holds 95 % of bootstrap resamples; NaN where nothing was measured, and in
+    the interval where one sentence was."""
 
     value: float
     low: float
@@ -39,7 +40,7 @@ def pooled(pairs: np.ndarray) -> float:
 
 def estimate(pairs: np.ndarray, seed: int = 0, resamples: int = RESAMPLES) -> Estimate:
     """Return the pooled value with its interval: sentences are drawn with replacement, and the 2.5 and 97.5 % points
-    taken.
+    taken. One sentence has no interval.
 
     Args:
         pairs: (N, 2), amount and weight of each sentence.
@@ -48,6 +49,8 @@ def estimate(pairs: np.ndarray, seed: int = 0, resamples: int = RESAMPLES) -> Es
 
     **Source**: Efron and Tibshirani, An introduction to the bootstrap (1993), chapter 13 (percentile interval).
     """
+    if (pairs[:, 1] > 0).sum() < 2:
+        return Estimate(pooled(pairs), float("nan"), float("nan"))
     draws = _draws(len(pairs), seed, resamples)
     low, high = _interval(_ratios(pairs[draws].sum(axis=1)))
     return Estimate(pooled(pairs), low, high)
@@ -70,6 +73,8 @@ def difference(first: np.ndarray, second: np.ndarray, seed: int = 0, resamples: 
     first, second = first[both], second[both]
     if not len(first):
         return Difference(*[float("nan")] * 4)
+    if len(first) == 1:
+        return Difference(pooled(second) - pooled(first), *[float("nan")] * 2, 1.0)
     draws = _draws(len(first), seed, resamples)
     low, high = _interval(_ratios(second[draws].sum(axis=1)) - _ratios(first[draws].sum(axis=1)))
     observed = pooled(second) - pooled(first)

@@ -106,9 +106,11 @@ def key_constraints(
                               remedy=f"Use one of: {', '.join(functionals)}")
         time = key.time if tier is None or key.index is None else _anchored(key, tier)
         if not -1e-9 <= time <= clock.seconds(frames) + 1e-9:
-            length = clock.seconds(frames)
-            raise DnnvssError(f"key {key.name!r} at {time:g} s lies outside the utterance of {length:g} s",
-                              remedy="Move it, or anchor it to a phone")
+            length, anchor = clock.seconds(frames), f" (position {key.position} in phone {key.index}, {key.phone})"
+            raise DnnvssError(f"key {key.name!r} at {time:g} s{'' if key.index is None else anchor} lies outside the "
+                              f"utterance of {length:g} s",
+                              remedy="Move it, or anchor it to a phone" if key.index is None else
+                              "Give a position from 0, the phone's start, to 1, its end")
         first = _frame(time, clock, frames)
         last = first if key.end is None else _frame(time + key.end - key.time, clock, frames)
         functional = functionals[key.name]

@@ -70,3 +70,11 @@ def test_holm_by_hand():
     assert holm([0.04, 0.01, float("nan"), 0.02])[:2] == pytest.approx([0.04, 0.03])
     assert holm([0.04, 0.01, float("nan"), 0.02])[3] == pytest.approx(0.04)
     assert np.isnan(holm([float("nan")])[0]) and holm([0.7, 0.9]) == pytest.approx([1.0, 1.0])
+
+
+def test_one_sentence_has_a_value_and_no_interval():
+    one = np.array([[3.0, 2.0], [0.0, 0.0]])
+    found = estimate(one)
+    assert found.value == 1.5 and np.isnan([found.low, found.high]).all()
+    apart = difference(one, 2 * one * [1, 0.5])
+    assert (apart.value, apart.p) == (1.5, 1.0) and np.isnan([apart.low, apart.high]).all()

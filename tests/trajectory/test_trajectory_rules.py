@@ -145,6 +145,8 @@ def test_keys_that_cannot_be_held_are_named(tmp_path):
         key_constraints([Key(0.1, "jaw", 0, 0)], functionals, CLOCK, 80)
     with pytest.raises(DnnvssError, match=r"0\.9 s lies outside"):
         key_constraints([Key(0.9, "aperture", 0, 0)], functionals, CLOCK, 80)
+    with pytest.raises(DnnvssError, match=r"position 9\.5 in phone 1, B\) lies outside.*from 0"):
+        key_constraints([Key(0.1, "aperture", 0, 0, phone="B", index=1, position=9.5)], functionals, CLOCK, 80, TIER)
     with pytest.raises(DnnvssError, match=r"anchored to 'P'.*'B' now"):
         key_constraints([Key(0.1, "aperture", 0, 0, phone="P", index=1)], functionals, CLOCK, 80, TIER)
     for text, match in [("time,name\n0.1,aperture\n", "neither a value"), ("time,name,low\nx,aperture,1\n", "key 1"),
