@@ -46,7 +46,7 @@ class FrameBatches(IterableDataset):
         return max(1, int(len(self.frames) * self.share) // self.batch_size)
 
     def __iter__(self) -> Iterator[Batch]:
-        order = self.frames
+        order: Any = self.frames
         if self.seed is not None:
             order = np.random.default_rng([self.seed, self.epoch()]).permutation(self.frames)
         if self.targets.device.type != "cpu":
