@@ -1,0 +1,58 @@
+"""Where a synthesis is drawn: a video with its landmarks beside it as footage, at another frame rate, side by side."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from aam.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips
+
+from dnnvss import files
+from dnnvss.aam import fit_aam
+from dnnvss.errors import DnnvssError
+from dnnvss.pipeline.pictures import open_stage, read_footage
+from dnnvss.render import write_video
+
+
+@pytest.fixture(scope="module")
+def run() -> SimpleNamespace:
+    """What of a run is needed here: its face."""
+    return SimpleNamespace(face=fit_aam(clips(5), GROUPS, CONFIG, progress=False))
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Path:
+    images, points, valid = clip_arrays(50)
+    valid[0] = False
+    files.write_arrays(tmp_path / "film.npz", points=points, valid=valid)
+    return write_video(tmp_path / "film.mp4", images, 25, quality=1)
+
+
+def asked(film: Path, **more: object) -> SimpleNamespace:
+    return SimpleNamespace(**{"into": str(film), "into_fill": "pingpong", "render": "reference+face", "rate": None,
+                              "scale": 1, **more})
+
+
+def test_a_video_with_landmarks_beside_it_is_footage(
+    run: SimpleNamespace, film: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stage = open_stage(asked(film, rate=50), run, "30", seconds=2.0)  # type: ignore[arg-type]
+    assert stage.clock.rate == 50 and stage.notes["footage_frames"] == [1, 20] and stage.notes["of"] == 20
+    said = capsys.readouterr().out
+    assert "frames 1 to 19 of 20" in said and "0.8 s for 2.0 s of speech: played back and forth" in said
+    pictures = list(stage.frames(np.zeros((100, run.face.size))))
+    assert len(pictures) == 100 and pictures[0].shape == (SIZE[0] + 28, 2 * SIZE[1], 3)
+    recorded = np.stack(pictures)[:, 28:, :SIZE[1]].astype(int)
+    footage = read_footage(run, str(film)).images  # type: ignore[arg-type]
+    assert (recorded[:2] == footage[1]).all() and (recorded[2:4] == footage[2]).all()  # each frame twice: 50 from 25
+    assert open_stage(asked(film), run, "30", seconds=0.4).clock.rate == 25  # type: ignore[arg-type]
+
+
+def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamespace, film: Path) -> None:
+    arrays = files.read_arrays(film.with_suffix(".npz"))
+    files.write_arrays(film.with_suffix(".npz"), points=arrays["points"][:9], valid=arrays["valid"][:9])
+    with pytest.raises(DnnvssError, match=r"film\.mp4: has 20 pictures and 9 frames of landmarks"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
+    film.with_suffix(".npz").unlink()
+    with pytest.raises(DnnvssError, match=r"film\.npz: no such file"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
