@@ -1,0 +1,91 @@
+"""Thirty labels to landmarks of every frame: the command, from videos and a folder of labels."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from aam import search_cases as cases
+
+from dnnvss import files
+from dnnvss.aam.labelling.sheet import Label, Sheet, write_picture
+from dnnvss.corpus import read_video
+from dnnvss.corpus.talker import LANDMARK_GROUPS
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import read_landmarks
+from dnnvss.formats.landmarks import write_pts
+from dnnvss.pipeline import track as program
+from dnnvss.render import write_video
+
+FRAMES = 24
+
+
+@pytest.fixture(scope="module")
+def material(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Return a folder of two videos, and one of 16 finished labels cut from them."""
+    root = tmp_path_factory.mktemp("track")
+    videos, labels = root / "videos", root / "labels"
+    rows: list[Label] = []
+    for number in (0, 1):
+        pictures, points = cases.clip(number)
+        video = write_video(videos / f"s{number}.mp4", pictures[:FRAMES], 25, quality=14)
+        seen = read_video(video)
+        for frame in range(0, FRAMES, 3):
+            stem = f"s{number}_{frame:06d}"
+            labels.mkdir(exist_ok=True)
+            write_picture(labels / f"{stem}.png", seen[frame])
+            write_pts(labels / f"{stem}.pts", points[frame])
+            rows.append(Label(video.name, frame, f"{stem}.png", f"{stem}.pts"))
+    sizes = [LANDMARK_GROUPS[g][1] - LANDMARK_GROUPS[g][0] for g in cases.GROUPS]
+    ends = np.cumsum(sizes).tolist()
+    groups = {g: (e - s, e) for g, s, e in zip(cases.GROUPS, sizes, ends, strict=True)}
+    Sheet(labels, groups, tuple(rows), frozenset(r.image for r in rows), "talker", str(videos)).save()
+    return labels, videos
+
+
+def test_labels_become_landmarks_of_every_frame(material: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+                                                ) -> None:
+    labels, videos = material
+    assert program.main([str(labels), str(videos), "--jobs", "1"]) == 0
+    assert f"{2 * FRAMES} of {2 * FRAMES} frames of 2 videos are tracked" in capsys.readouterr().out
+    for number in (0, 1):
+        found = read_landmarks(videos / f"s{number}.npz")
+        assert found.valid.all()
+        assert cases.error(found.points, cases.clip(number)[1][:FRAMES]).max() < 0.8
+        arrays = files.read_arrays(videos / f"s{number}.npz")
+        assert arrays["error"].shape == arrays["flag"].shape == (FRAMES,)
+    assert files.read_json(videos / "landmarks.json")["groups"]["lips_inner"] == list(
+        np.array(LANDMARK_GROUPS["lips_inner"]) - LANDMARK_GROUPS["lips_outer"][0])
+
+
+def test_a_second_call_tracks_only_what_is_missing(material: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch,
+                                                   tmp_path: Path) -> None:
+    labels, videos = material
+    tracked: list[str] = []
+    inner = program.track_video
+    monkeypatch.setattr(program, "track_video", lambda m, v: (tracked.append(v.stem), inner(m, v))[1])
+    program.track_folder(labels, videos, tmp_path, jobs=1)
+    (tmp_path / "s1.npz").unlink()
+    program.track_folder(labels, videos, tmp_path, jobs=1)
+    assert sorted(tracked) == ["s0", "s1", "s1"]
+
+
+def test_a_long_video_is_tracked_in_pieces(material: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(program, "_MEMORY", 10 * cases.SIZE * cases.SIZE * 3)
+    found = program.track_video(cases.model(), material[1] / "s0.mp4")
+    assert found.points.shape[0] == FRAMES and found.valid.all()
+    assert cases.error(found.points, cases.clip(0)[1][:FRAMES]).max() < 0.8
+
+
+def test_landmarks_of_others_are_not_overwritten(material: tuple[Path, Path], tmp_path: Path) -> None:
+    files.write_arrays(tmp_path / "s0.npz", points=np.zeros((3, 5, 2)))
+    with pytest.raises(DnnvssError, match="did not write"):
+        program.track_folder(*material, tmp_path, jobs=1)
+
+
+def test_unfinished_labels_are_refused(material: tuple[Path, Path], tmp_path: Path) -> None:
+    sheet = Sheet.open(material[0])
+    stem = sheet.labels[0].image
+    files.write_json(tmp_path / "labels.json", {**files.read_json(material[0] / "labels.json"),
+                                                "done": sorted(sheet.done - {stem})})
+    with pytest.raises(DnnvssError, match="still a guess"):
+        program.track_folder(tmp_path, material[1], tmp_path, jobs=1)
