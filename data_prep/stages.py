@@ -49,8 +49,8 @@ class Workshop:
         if waiting:
             (self.out / "corpus.json").unlink(missing_ok=True)  # what is being changed cannot be opened
             calls = (joblib.delayed(_one)(self, stage, name, keys[name], work, tasks[name]) for name in waiting)
-            with workers(self.backend, self.jobs):
-                results: Iterable[tuple[str, Any]] = joblib.Parallel(return_as="generator_unordered")(calls)
+            with workers(self.backend, self.jobs) as order:
+                results: Iterable[tuple[str, Any]] = joblib.Parallel(return_as=order)(calls)
                 for name, result in tqdm(results, desc=stage, total=len(tasks), initial=len(tasks) - len(waiting)):
                     done[name] = result
         return {name: done[name] for name in tasks}

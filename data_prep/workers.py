@@ -15,8 +15,8 @@ _NEEDS = {"dask": ("distributed", "cluster"), "ray": ("ray", "ray")}
 
 
 @contextmanager
-def workers(backend: str, jobs: int) -> Iterator[None]:
-    """Let joblib's calls in the block run on a backend.
+def workers(backend: str, jobs: int) -> Iterator[str]:
+    """Let joblib's calls in the block run on a backend; yield how it can return results (joblib's ``return_as``).
 
     ``dask`` uses the scheduler that ``DASK_SCHEDULER_ADDRESS`` names, ``ray`` the head that ``RAY_ADDRESS`` names;
     without, each starts a cluster of its own on this machine, which lasts until the process ends. All workers must see
@@ -42,7 +42,7 @@ def workers(backend: str, jobs: int) -> Iterator[None]:
     if backend == "ray":
         _ray(count)
     with joblib.parallel_config(backend=backend, n_jobs=-1 if backend in _NEEDS else jobs):
-        yield
+        yield "list" if backend == "ray" else "generator_unordered"  # Ray's backend returns them all at the end
 
 
 @cache

@@ -1,6 +1,7 @@
 """The whole row on a small built-in talker: prepare, train, evaluate, speak; and what happens when it goes wrong."""
 
 import json
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -288,11 +289,12 @@ def test_a_sweep_ends_with_one_table_and_one_video(home: Path, tmp_path: Path, m
     monkeypatch.chdir(tmp_path)
     sweep = CompareRuns("both")
     sweep.on_multirun_start(OmegaConf.create({}))
+    elsewhere = pickle.loads(pickle.dumps(sweep))  # launchers run jobs in other processes
     for name in ("ph", "ph_a"):
         job = configure("train", f"run={home}/runs/{name}", f"runs={home}/runs", f"labels={name}",
                         f"corpus.out={home}/demo")
         given = ["corpus=demo", f"labels={name}"]
-        sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), overrides=given))
+        elsewhere.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), overrides=given))
     sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="FAILED"), overrides=[]))
     sweep.on_multirun_end(job)
     assert not list(tmp_path.iterdir())
