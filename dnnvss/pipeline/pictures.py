@@ -59,14 +59,16 @@ def neutral_stage(run: Run, clock: FrameClock, scale: float = 1.0, views: tuple[
     return Stage(run, Renderer(run.face, Neutral.load(run.folder / "face.npz"), scale), clock, views)
 
 
-def open_stage(config: DictConfig, run: Run, rate: str, seconds: float) -> Stage:
-    """Return where ``config`` (keys ``into``, ``into_fill``, ``render``, ``rate``, ``scale``) wants the face drawn.
+@dataclass(frozen=True)
+class Request:
+    """What a user wants to see: views of :data:`VIEWS`, and the footage to draw into, or None."""
 
-    Args:
-        config: the settings of ``conf/synth.yaml``.
-        run: the run.
-        rate: frames a second of the talker's corpus.
-        seconds: how long the speech lasts.
+    views: tuple[str, ...]
+    footage: Footage | None
+
+
+def read_request(config: DictConfig, run: Run) -> Request:
+    """Return what the keys ``render`` and ``into`` of ``conf/synth.yaml`` ask for.
 
     Raises:
         DnnvssError: an unknown view, or footage that is missing, has no landmarks or too few of them.
@@ -78,8 +80,28 @@ def open_stage(config: DictConfig, run: Run, rate: str, seconds: float) -> Stage
     if config.into is None:
         if "reference" in views:
             raise DnnvssError("render=reference needs footage", remedy="Say which with into=")
+        return Request(views, None)
+    footage = read_footage(run, str(config.into))
+    footage.usable()
+    return Request(views, footage)
+
+
+def open_stage(config: DictConfig, run: Run, request: Request, rate: str, seconds: float) -> Stage:
+    """Return where ``config`` (keys ``into``, ``into_fill``, ``rate``, ``scale``) wants the face drawn.
+
+    Args:
+        config: the settings of ``conf/synth.yaml``.
+        run: the run.
+        request: what :func:`read_request` returned.
+        rate: frames a second of the talker's corpus.
+        seconds: how long the speech lasts.
+
+    Raises:
+        DnnvssError: ``into_fill`` is unknown.
+    """
+    views, whole = request.views, request.footage
+    if whole is None:
         return neutral_stage(run, FrameClock(config.rate or rate), config.scale, views)
-    whole = read_footage(run, str(config.into))
     footage, first = whole.usable()
     clock = FrameClock(config.rate or footage.rate)
     own = FrameClock(footage.rate)

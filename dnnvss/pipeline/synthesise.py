@@ -50,10 +50,11 @@ class Plan:
 
 def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
-    from dnnvss.pipeline.pictures import open_stage
+    from dnnvss.pipeline.pictures import open_stage, read_request
 
     run = Run.open(Path(config.run) if config.run else newest(Path(config.runs)))
     voice = read_voice(run)
+    request = read_request(config, run)
     plan = make_plan(config, run, voice)
     alignment, replaced = replace_unseen(plan.alignment, voice["phones"])
     for phone, other in replaced.items():
@@ -73,7 +74,7 @@ def synthesise(config: DictConfig) -> None:
     if config.export_alignment:
         exported.append(export_alignment(Path(config.export_alignment), plan))
     trajectory = ahead(trajectory, run.task.clock, config.anticipation / 1000)
-    stage = open_stage(config, run, voice["rate"], len(trajectory) / float(run.task.clock.rate))
+    stage = open_stage(config, run, request, voice["rate"], len(trajectory) / float(run.task.clock.rate))
     style = OmegaConf.to_container(config.style, resolve=True)
     notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
              "style": style, "keys": config.import_keys, "model": run.model.report(example), "credit": voice["credit"],

@@ -10,7 +10,7 @@ from aam.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips
 from dnnvss import files
 from dnnvss.aam import fit_aam
 from dnnvss.errors import DnnvssError
-from dnnvss.pipeline.pictures import open_stage, read_footage
+from dnnvss.pipeline.pictures import Stage, open_stage, read_footage, read_request
 from dnnvss.render import write_video
 
 
@@ -33,10 +33,14 @@ def asked(film: Path, **more: object) -> SimpleNamespace:
                               "scale": 1, **more})
 
 
+def opened(config: SimpleNamespace, run: SimpleNamespace, seconds: float) -> Stage:
+    return open_stage(config, run, read_request(config, run), "30", seconds)  # type: ignore[arg-type]
+
+
 def test_a_video_with_landmarks_beside_it_is_footage(
     run: SimpleNamespace, film: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    stage = open_stage(asked(film, rate=50), run, "30", seconds=2.0)  # type: ignore[arg-type]
+    stage = opened(asked(film, rate=50), run, 2.0)
     assert stage.clock.rate == 50 and stage.notes["footage_frames"] == [1, 20] and stage.notes["of"] == 20
     said = capsys.readouterr().out
     assert "frames 1 to 19 of 20" in said and "0.8 s for 2.0 s of speech: played back and forth" in said
@@ -45,7 +49,7 @@ def test_a_video_with_landmarks_beside_it_is_footage(
     recorded = np.stack(pictures)[:, 28:, :SIZE[1]].astype(int)
     footage = read_footage(run, str(film)).images  # type: ignore[arg-type]
     assert (recorded[:2] == footage[1]).all() and (recorded[2:4] == footage[2]).all()  # each frame twice: 50 from 25
-    assert open_stage(asked(film), run, "30", seconds=0.4).clock.rate == 25  # type: ignore[arg-type]
+    assert opened(asked(film), run, 0.4).clock.rate == 25
 
 
 def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamespace, film: Path) -> None:
