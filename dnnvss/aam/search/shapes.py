@@ -46,26 +46,38 @@ class Shapes:
 
     @cached_property
     def _flat(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The mean (2, P) over its squared length, the mean (2P,), and the modes (K, 2P), x then y, float32."""
-        mean = self.mean.T.astype(np.float32)
-        modes = np.ascontiguousarray(self.modes.transpose(0, 2, 1).reshape(len(self.modes), -1), np.float32)
-        return mean / np.float32((mean**2).sum()), mean.ravel(), modes
+        """What :meth:`project` asks of points (4 + 2 K, 2P), the mean (2P,) and the modes (K, 2P), x then y, float32.
+
+        Rows of the first: growth and turn, place, then every mode, and every mode a quarter turn on.
+        """
+        mean = self.mean.T
+        modes = self.modes.transpose(0, 2, 1)
+        turned = np.stack([-modes[:, 1], modes[:, 0]], axis=1)
+        pose = np.stack([mean, [-mean[1], mean[0]]]) / (mean**2).sum()
+        place = np.zeros((2, *mean.shape))
+        place[0, 0] = place[1, 1] = 1 / mean.shape[1]
+        asked = np.concatenate([pose, place, modes, turned])
+        return (asked.reshape(len(asked), -1).astype(np.float32), mean.ravel().astype(np.float32),
+                np.ascontiguousarray(modes.reshape(len(modes), -1), np.float32))
 
     def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the model's points (2, P) nearest to points (2, P) float32 of a picture, and their parameters (K,).
 
         No parameter leaves three standard deviations.
         """
-        scaled, mean, modes = self._flat
-        centre = points.mean(axis=1, keepdims=True)
-        x, y = points - centre
-        a, b = float(scaled[0] @ x + scaled[1] @ y), float(scaled[0] @ y - scaled[1] @ x)
+        asked, mean, modes = self._flat
+        answers = asked @ points.reshape(-1)
+        a, b, x, y = answers[:4].tolist()
         size = max(a * a + b * b, 1e-12)
-        upright = np.concatenate([(a * x + b * y) / size, (a * y - b * x) / size])
-        limit = self._limit
-        parameters = np.minimum(np.maximum(modes @ (upright - mean), -limit), limit)
+        count = len(modes)
+        parameters = (answers[4:4 + count] * np.float32(a / size) + answers[4 + count:] * np.float32(b / size))
+        parameters = np.minimum(np.maximum(parameters, -self._limit), self._limit)
         u, v = (mean + parameters @ modes).reshape(2, -1)
-        return np.stack([a * u - b * v, b * u + a * v]) + centre, parameters
+        a, b = np.float32(a), np.float32(b)
+        result = np.empty_like(points)
+        result[0] = a * u - b * v + np.float32(x)
+        result[1] = b * u + a * v + np.float32(y)
+        return result, parameters
 
     @cached_property
     def _limit(self) -> np.ndarray:
