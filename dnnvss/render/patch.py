@@ -110,13 +110,14 @@ class Patch:
 
     @cached_property
     def skin(self) -> np.ndarray:
-        """How much of each pixel (N, 1) is skin: 0 on and near the lips, rising to 1 away from them."""
+        """How much of each pixel (N, 1) is skin: 0 on and near lips and modelled eyes, rising to 1 away from them."""
         warp = self.model.warp
         row, column = np.divmod(warp.pixels, warp.size[1])
-        lips = np.zeros(warp.size, dtype=np.uint8)
-        contour = (warp.shape[self.model.layout.outer] - warp.origin) * warp.scale
-        cv2.fillPoly(lips, [np.rint(contour - 0.5).astype(np.int32)], 1)
-        away = distance_transform_edt(lips == 0)[row, column] / warp.scale
+        layout, bare = self.model.layout, np.ones(warp.size, dtype=np.uint8)
+        for ring in (layout.outer, *(layout.groups[g] for g in self.model.config.points.eyes if g in layout.groups)):
+            contour = (warp.shape[ring] - warp.origin) * warp.scale
+            cv2.fillPoly(bare, [np.rint(contour - 0.5).astype(np.int32)], 0)
+        away = distance_transform_edt(bare)[row, column] / warp.scale
         return np.clip((away - _LIP_MARGIN) / _LIP_MARGIN, 0, 1)[:, None].astype(np.float32)
 
     def sharpened(self, textures: np.ndarray) -> np.ndarray:
