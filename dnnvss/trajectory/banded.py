@@ -173,8 +173,7 @@ class CyclicReduction:
     second block.
 
     **Source**: Buzbee, Golub and Nielson, On direct methods for solving Poisson's equations (1970), section 2, for
-        blocks
-    that vary.
+        blocks that vary.
     """
 
     def __init__(self, bands: torch.Tensor) -> None:

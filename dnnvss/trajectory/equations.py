@@ -112,7 +112,7 @@ class NormalEquations:
         wide = self.precision.new_zeros(front + 1, front + frames + reach, batch, columns)
         for w in range(len(windows)):
             weights = windows.weights(w)
-            own = self.precision[:, :, w].transpose(0, 1)
+            own = self.precision[:, :, w].transpose(0, 1).contiguous()  # it is read for every pair of taps
             for s, first in weights:
                 for r, second in weights:
                     if r >= s:

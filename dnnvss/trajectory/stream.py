@@ -14,12 +14,19 @@ from dnnvss.trajectory.windows import STATIC_DELTA_DELTA2, Windows
 class Stream:
     """Fixed-lag MLPG: frame ``t`` is given out once frame ``t + lag`` has come in.
 
-    The past is eliminated exactly (forward elimination of the normal equations), so the only approximation is that the
-    future says nothing. What lies further ahead than some tens of frames hardly matters: with the usual windows and
-    variances the result at a lag of 19 frames (the first output comes with the 20th frame, 200 ms at 100 frames a
-    second) differs from :func:`mlpg` over the whole utterance by less than 1 % of a standard deviation (root mean
-    square over frames). Predictions whose streams agree give no difference at all. With a lag of the whole utterance
-    they are equal to rounding. Time for a frame does not depend on how many came before.
+    The past is eliminated exactly (forward elimination of the normal equations), and rows that look beyond the frames
+    at hand are left out, so each output is the most likely value given what has come in; the only difference from
+    :func:`mlpg` over the whole utterance is what the future will say. It reaches back with a weight that dies out
+    exponentially with the lag.
+
+    **Tolerance.** At a lag of 19 frames (the first output comes with the 20th, 200 ms at 100 frames a second) the
+    difference is below 1 % of a standard deviation as a root mean square over frames: 0.5 % on a network's
+    predictions for GRID. Single frames differ by more, up to 4 %: where the next frames bring a movement that those at
+    hand do not announce. No treatment of an unknown future can take that away. Guesses were measured on the same
+    predictions: nothing said 0.48 % (worst frame 4.1 %), the last frame held 0.40 % (3.6 %), the best linear
+    prediction of the next 12 frames from the last 19 0.39 % (3.2 %). A longer lag does: 0.2 % (1.9 %) at 250 ms.
+    Predictions whose streams agree give no difference at all, and with a lag of the whole utterance the two are equal
+    to rounding. Time for a frame does not depend on how many came before.
 
     Args:
         columns: D.
@@ -87,8 +94,7 @@ class Stream:
         """Add the window rows of one frame; what they see outside the utterance is held.
 
         While the utterance goes on, a row that looks beyond the last frame at hand is left out: it would be told about
-            a
-        future that is not known.
+        a future that is not known.
         """
         for w in range(len(self.windows)):
             reach = max(abs(s) for s, _ in self.windows.weights(w))
