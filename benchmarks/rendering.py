@@ -7,6 +7,7 @@ this one run, in turns, each the best of several rounds of processor time:
 
 - decode, warp, composite: parameters in, finished pictures out, as ``synth.py`` draws them;
 - warp and composite: the texture is already there;
+- into footage: the same, drawn into the frames of a clip (``synth.py into=``);
 - ``cv2.remap`` alone, over the same pixels with maps computed beforehand: what no warp can beat;
 - scikit-image's ``PiecewiseAffineTransform`` with ``warp`` over the same pixels (where it is installed).
 """
@@ -24,8 +25,8 @@ import numpy as np
 from aam_reconstruction import settings
 
 from dnnvss.aam import encode_corpus
-from dnnvss.corpus import Corpus
-from dnnvss.render import Renderer, choose_neutral
+from dnnvss.corpus import Corpus, read_video
+from dnnvss.render import Footage, Renderer, Revoicer, choose_neutral, walk
 
 ROUNDS = 7
 
@@ -68,7 +69,9 @@ def scikit_image(renderer: Renderer, meshes: np.ndarray) -> Callable[[], object]
     return draw
 
 
-def works(renderer: Renderer, parameters: np.ndarray) -> dict[str, tuple[int, Callable[[], object]]]:
+def works(
+    renderer: Renderer, revoicer: Revoicer, parameters: np.ndarray
+) -> dict[str, tuple[int, Callable[[], object]]]:
     """Return what is timed: name to frames a call and the call."""
     painter, meshes = renderer.painter, renderer.meshes(parameters)
     maps = [painter.maps(mesh) for mesh in meshes]
@@ -84,6 +87,7 @@ def works(renderer: Renderer, parameters: np.ndarray) -> dict[str, tuple[int, Ca
     found = {
         "decode, warp, composite": (len(meshes), lambda: deque(renderer.frames(parameters), maxlen=0)),
         "warp and composite": (len(meshes), composite),
+        "into footage": (len(meshes), lambda: deque(revoicer.frames(parameters), maxlen=0)),
         "cv2.remap alone, bicubic": (len(meshes), remap(cv2.INTER_CUBIC)),
         "cv2.remap alone, bilinear": (len(meshes), remap(cv2.INTER_LINEAR)),
     }
@@ -109,11 +113,14 @@ def main() -> None:
         encoded = encode_corpus(corpus, splits, settings(arguments.aam or corpus.info.name), folder, progress=False)
         renderer = Renderer(encoded.model, choose_neutral(corpus, encoded))
         parameters = np.concatenate([encoded.clip(i).parameters for i in splits["test"]])
+        clip = corpus.utterances[splits["test"][0]]
+        footage, _ = Footage(read_video(corpus.path(clip, "video")), encoded.clip(clip.id), clip.rate).usable()
+        revoicer = Revoicer(encoded.model, footage, walk(footage.code.pose, len(parameters), "pingpong"))
     height, width = renderer.painter.size
     print(f"{corpus.info.name}, {renderer.size[0]} x {renderer.size[1]}: {len(encoded.model.mean_shape)} points, "
           f"{len(renderer.painter.triangles)} triangles, {width} x {height} pixels that move, "
           f"{len(encoded.model.mean_texture)} of them textured\n")
-    found = rates(works(renderer, parameters))
+    found = rates(works(renderer, revoicer, parameters))
     ours = found["decode, warp, composite"]
     print("| | frames a second, one core | against ours |\n|---|---|---|")
     for name, value in found.items():
