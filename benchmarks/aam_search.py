@@ -30,7 +30,7 @@ OFF, NEAR = 8.0, 1.0
 SMOOTH = 2.0
 TRIALS = 200
 VARIANTS = {
-    "default": SearchSettings(), "project-out": SearchSettings(project_out=True), "rgb": SearchSettings(colour="rgb"),
+    "default": SearchSettings(), "project-out at both scales": SearchSettings(project_out=True), "rgb": SearchSettings(colour="rgb"),
     "scales .7": SearchSettings(scales=(0.7,)), "scales .35 .7": SearchSettings(scales=(0.35, 0.7)),
     "scales .25 .5 1": SearchSettings(scales=(0.25, 0.5, 1.0)), "shape .98": SearchSettings(shape_variance=0.98),
     "appearance .90": SearchSettings(appearance_variance=0.9),
@@ -229,9 +229,9 @@ def main() -> None:
         return
     tracked(model, talks)
     several = starts(talks, model.shapes.mean)
-    for name, settings in {"simultaneous": SearchSettings(), "simultaneous, rgb": SearchSettings(colour="rgb"),
-                           "project-out": SearchSettings(project_out=True)}.items():
-        own = model if name == "simultaneous" else fit_search(images, points, settings)
+    for name, settings in {"default": SearchSettings(), "rgb": SearchSettings(colour="rgb"),
+                           "project-out at both scales": SearchSettings(project_out=True)}.items():
+        own = model if name == "default" else fit_search(images, points, settings)
         error, rate, worst = followed(own, talks)
         good = [lip_error(search(own, talks[c].images[f], s, wide=w).points, talks[c].points[f]) < NEAR
                 for w in (False, True) for c, f, s in several]

@@ -13,7 +13,7 @@ from dnnvss.aam.search.find import Found, search
 from dnnvss.aam.search.fit import learn_limits
 from dnnvss.aam.search.model import SearchModel, build
 from dnnvss.aam.search.track import OK, Track
-from dnnvss.aam.search.view import view_of
+from dnnvss.aam.search.view import views_of
 
 _CONFIDENT = 0.75
 """Share of a video's good frames, those of least error, that are trusted."""
@@ -82,7 +82,7 @@ def _code(model: SearchModel, image: np.ndarray, points: np.ndarray) -> np.ndarr
     """Return what a frame looks like: parameters of shape and of the coarse appearance, for their standard light."""
     level = model.levels[0]
     size = float(model.shapes.scale(points))
-    view = view_of(image, points, size, level.scale, model.settings.colour)
+    (view,) = views_of(image, points, size, [level.scale], model.settings.colour)
     placed = view.inside(points.T.astype(np.float32))
     coefficients, _, _ = level.explain(level.sample(view.image, placed))
     gains = coefficients[level.channels:2 * level.channels]

@@ -70,9 +70,15 @@ class Level:
         return _read(self._maps, image, points)[:self.appearance.shape[1]]
 
     @cached_property
+    def _moving(self) -> slice:
+        """The basis images whose steepest-descent images are used: the mean texture's, or all."""
+        return slice(self.channels, 2 * self.channels) if self.project_out else slice(None)
+
+    @cached_property
     def _gradients(self) -> tuple[np.ndarray, np.ndarray]:
-        """The slope of every basis image along x and y (2 of (m, N C)) per pixel of the labelled pictures."""
-        images = self.appearance.reshape(len(self.appearance), -1, self.channels)
+        """The slope of the basis images along x and y (2 of (m, N C)) per pixel of the labelled pictures."""
+        images = self.appearance[self._moving]
+        images = images.reshape(len(images), -1, self.channels)
         along = np.stack([_slope(self.warp, t) for t in images]).astype(np.float32) * np.float32(self.scale)
         flat = np.ascontiguousarray(along.transpose(1, 0, 2, 3)).reshape(2, len(images), -1)
         return flat[0], flat[1]
@@ -125,10 +131,7 @@ class Level:
         """Return the step (4 + K,) in the frame of the mean that would explain what is left."""
         gx, gy = self._gradients
         wx, wy = self._carried
-        gains = coefficients[self.channels:2 * self.channels]
-        if self.project_out:
-            coefficients = np.zeros_like(coefficients)
-            coefficients[self.channels:2 * self.channels] = gains
+        coefficients = coefficients[self._moving]
         ex, ey = (coefficients @ gx) * left, (coefficients @ gy) * left
         if self.channels > 1:
             ex, ey = (e.reshape(-1, self.channels).sum(axis=1) for e in (ex, ey))

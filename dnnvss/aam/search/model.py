@@ -14,7 +14,7 @@ from dnnvss.aam.mesh import signed_area
 from dnnvss.aam.pose import fit_pose
 from dnnvss.aam.search.level import Level, fit_level
 from dnnvss.aam.search.shapes import Shapes, fit_shapes
-from dnnvss.aam.search.view import channels_of, view_of
+from dnnvss.aam.search.view import channels_of, views_of
 from dnnvss.errors import DnnvssError
 
 _FORMAT = 1
@@ -33,7 +33,8 @@ class SearchSettings:
         shape_prior: weight of the shape's prior against the texture.
         iterations: most steps at a level.
         tolerance: a level ends when no point moves farther, in pixels of the labelled pictures.
-        project_out: fixed steepest-descent images (project-out) in place of the simultaneous algorithm.
+        project_out: the project-out algorithm at the finest level too, in place of the simultaneous one. Coarser levels
+            always have it: it comes from farther off, and precision does not matter there.
     """
 
     scales: tuple[float, ...] = (0.5, 1.0)
@@ -136,8 +137,9 @@ class SearchModel:
         plain = json.loads(str(arrays["settings"]))
         settings = SearchSettings(**{**plain, "scales": tuple(plain["scales"])})
         shapes = Shapes(arrays["mean"], arrays["modes"], arrays["deviations"], arrays["triangles"])
-        levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], settings.shape_prior, settings.project_out)
-                       for i, s in enumerate(arrays["scales"]))
+        count = len(arrays["scales"])
+        levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], settings.shape_prior,
+                             settings.project_out or i < count - 1) for i, s in enumerate(arrays["scales"]))
         return cls(settings, shapes, levels, arrays["patch"], arrays["corner"],
                    Limits(*(float(v) for v in arrays["limits"])))
 
@@ -157,10 +159,10 @@ def build(images: Sequence[np.ndarray], points: np.ndarray, settings: SearchSett
     shrink = min(1.0, np.sqrt(settings.most_pixels / max(area, 1.0)) / settings.scales[-1])
     levels = []
     for scale in (s * shrink for s in settings.scales):
-        views = [view_of(i, p, 1.0, scale, settings.colour) for i, p in zip(images, points, strict=True)]
+        views = [views_of(i, p, 1.0, [scale], settings.colour)[0] for i, p in zip(images, points, strict=True)]
         placed = [v.inside(p.T.astype(np.float32)).T for v, p in zip(views, points, strict=True)]
         levels.append(fit_level(shapes, [v.image for v in views], placed, scale, settings.appearance_variance,
-                                settings.shape_prior, settings.project_out))
+                                settings.shape_prior, settings.project_out or scale < settings.scales[-1] * shrink))
         levels[-1].warm()
     patch, corner = _patch(images, points, shapes, levels[0].scale)
     return SearchModel(settings, shapes, tuple(levels), patch, corner, limits)

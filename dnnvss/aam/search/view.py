@@ -1,5 +1,6 @@
 """The part of a picture that a level of the search looks at."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -28,14 +29,16 @@ class View:
         return (points - self.origin) * self.zoom
 
 
-def view_of(image: np.ndarray, points: np.ndarray, size: float, scale: float, colour: str) -> View:
-    """Return what lies round points (P, 2) of a picture (H, W_, 3) uint8.
+def views_of(
+    image: np.ndarray, points: np.ndarray, size: float, scales: Sequence[float], colour: str
+) -> list[View]:
+    """Return what lies round points (P, 2) of a picture (H, W_, 3) uint8, at several scales.
 
     Args:
         image: the picture.
         points: where to look; a corner of the picture where they are all outside.
         size: how large the face is beside the labelled ones.
-        scale: pixels of the view per pixel of the labelled pictures.
+        scales: pixels of each view per pixel of the labelled pictures.
         colour: ``"grey"`` or ``"rgb"``.
     """
     low, high = points.min(axis=0), points.max(axis=0)
@@ -44,12 +47,16 @@ def view_of(image: np.ndarray, points: np.ndarray, size: float, scale: float, co
     x0, x1 = _range(low[0] - margin, high[0] + margin, width)
     y0, y1 = _range(low[1] - margin, high[1] + margin, height)
     part = channels_of(image[y0:y1, x0:x1], colour)
-    zoom = scale / size
+    origin = np.array([[x0], [y0]], np.float32)
+    return [_scaled(part, origin, scale / size) for scale in scales]
+
+
+def _scaled(part: np.ndarray, origin: np.ndarray, zoom: float) -> View:
+    height, width = part.shape[:2]
     if abs(zoom - 1) > 1e-6:
-        target = max(round((x1 - x0) * zoom), 2), max(round((y1 - y0) * zoom), 2)
+        target = max(round(width * zoom), 2), max(round(height * zoom), 2)
         part = cv2.resize(part, target, interpolation=cv2.INTER_AREA if zoom < 1 else cv2.INTER_LINEAR)
-    zooms = np.array([[part.shape[1] / (x1 - x0)], [part.shape[0] / (y1 - y0)]], np.float32)
-    return View(part, np.array([[x0], [y0]], np.float32), zooms)
+    return View(part, origin, np.array([[part.shape[1] / width], [part.shape[0] / height]], np.float32))
 
 
 def channels_of(image: np.ndarray, colour: str) -> np.ndarray:
