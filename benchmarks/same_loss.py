@@ -1,0 +1,88 @@
+"""Whether the fast step learns what a plain one does: the static error on the validation frames, over several seeds.
+
+    python -m data_prep corpus=demo corpus.out=CORPUS
+    OMP_NUM_THREADS=1 python benchmarks/same_loss.py CORPUS [--seeds 3] [--hidden 512 512 512] [--dropout 0.5]
+
+Both fits have the same data, settings and seeds; ``plain`` has torch's own dropout and embedding sum, ``ours`` those of
+the package, in float32 and, where the machine has it, in bf16. The error is in variances of the training frames.
+"""
+
+import argparse
+import logging
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from hydra import compose, initialize_config_dir
+from torch import Tensor, nn
+
+from dnnvss.corpus import Corpus
+from dnnvss.models import Example, FeedForward, feedforward
+from dnnvss.pipeline.data import split_examples
+from dnnvss.pipeline.folder import make_task
+from dnnvss.pipeline.train import encode_with_aam
+from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training.precision import has_bf16
+
+
+@contextmanager
+def plain() -> Iterator[None]:
+    """Replace the parts of the package by those of torch."""
+    def embedding_sum(active: Tensor, weight: Tensor) -> Tensor:
+        return nn.functional.embedding_bag(active, weight, mode="sum", padding_idx=len(weight) - 1)
+
+    kept = feedforward.Dropout, feedforward.code_sum
+    feedforward.Dropout, feedforward.code_sum = nn.Dropout, embedding_sum  # type: ignore[misc,assignment]
+    yield
+    feedforward.Dropout, feedforward.code_sum = kept  # type: ignore[misc]
+
+
+def error(model: NetworkModel, val: list[Example]) -> float:
+    """Return the static error of a fitted model."""
+    parts = [((model.predict(e).mean[:, 0] - e.targets[:, 0]) / model.deviation_[0])[e.valid]  # type: ignore[index]
+             for e in val]
+    return float(np.square(np.concatenate(parts)).mean())
+
+
+def main() -> None:
+    """Print a line a way."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("corpus", type=Path)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--epochs", type=int, default=6)
+    parser.add_argument("--hidden", type=int, nargs="+", default=[512, 512, 512])
+    parser.add_argument("--dropout", type=float, default=0.5)
+    arguments = parser.parse_args()
+    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
+    with initialize_config_dir(str(Path(__file__).parents[1] / "conf"), version_base=None):
+        config = compose("train", overrides=["corpus=demo", f"corpus.out={arguments.corpus}", "labels=ph"])
+    corpus, task = Corpus.open(arguments.corpus), make_task(config)
+    examples = split_examples(task, corpus, encode_with_aam(corpus, config), config.corpus.split)
+    build: Callable[..., nn.Module] = partial(FeedForward, hidden=arguments.hidden, dropout=arguments.dropout,
+                                              input_dropout=0.2)
+
+    def fit(seed: int, precision: str) -> float:
+        settings = FitSettings(epochs=arguments.epochs, seed=seed, precision=precision, progress=False, figure_every=0,
+                               accelerator="cpu")
+        model = NetworkModel(task.table, task.clock, build, settings)
+        with tempfile.TemporaryDirectory() as folder:
+            model.fit(examples["train"], examples["val"], Path(folder))
+            return error(model, examples["val"])
+
+    ways = {"ours, float32": "32-true"} | ({"ours, bf16": "bf16-mixed"} if has_bf16() else {})
+    errors: dict[str, list[float]] = {"plain, float32": [], **{name: [] for name in ways}}
+    for seed in range(arguments.seeds):
+        with plain():
+            errors["plain, float32"].append(fit(seed, "32-true"))
+        for name, precision in ways.items():
+            errors[name].append(fit(seed, precision))
+        print(f"seed {seed}: " + "; ".join(f"{name} {values[-1]:.4f}" for name, values in errors.items()), flush=True)
+    for name, values in errors.items():
+        print(f"{name}: {np.mean(values):.4f} +- {np.std(values, ddof=1) if len(values) > 1 else np.nan:.4f}")
+
+
+if __name__ == "__main__":
+    main()
