@@ -10,6 +10,7 @@ from aam.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, moves, pictu
 from dnnvss.aam import ActiveAppearanceModel, encode_clip, fit_aam
 from dnnvss.errors import DnnvssError
 from dnnvss.render import Footage, Revoicer, walk
+from dnnvss.render.patch import Patch
 from dnnvss.render.views import draw_mesh, mesh_frames, patch_frames
 
 MOUTH = np.s_[42:62, 34:62]
@@ -105,3 +106,18 @@ def test_patch_and_mesh_lie_where_the_face_has_them(model: ActiveAppearanceModel
     assert mesh[y, x].max() < 200 and (mesh[:40] == 255).all()
     over = draw_mesh(shown.images[0], model, points[0, model.layout.rows])
     assert (over[:40] == shown.images[0][:40]).all() and (over != shown.images[0]).any()
+
+
+def test_sharpening_is_linear_stays_in_the_mouth_and_leaves_what_is_even(model: ActiveAppearanceModel) -> None:
+    patch, random = Patch(model), np.random.default_rng(0)
+    one, other = random.normal(100, 20, (2, *model.mean_texture.shape)).astype(np.float32)
+    both = 2 * patch.sharpened(one) - patch.sharpened(other)
+    assert patch.sharpened(2 * one - other) == pytest.approx(both, abs=1e-2)
+    even = np.full_like(one, 130)
+    assert patch.sharpened(even) == pytest.approx(even, abs=1e-3)
+    places = model.warp.matrix @ model.warp.shape
+    contour = model.warp.shape[model.layout.inner]
+    outside = ((places < contour.min(axis=0) - 4) | (places > contour.max(axis=0) + 4)).any(axis=1)
+    changed = np.abs(patch.sharpened(one) - one).max(axis=1)
+    assert changed[outside].max() < 0.1 and changed[~outside].max() > 5
+    assert (Patch(model, sharpness=0).sharpened(one) == one).all()
