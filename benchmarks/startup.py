@@ -39,7 +39,7 @@ def started(program: str, arguments: list[str], mark: Path) -> list[float]:
     """Return wall and CPU seconds to the mark, and wall seconds to the end."""
     start = time.time()
     subprocess.run([sys.executable, "-c", program, str(mark), *arguments], check=True, stdout=subprocess.DEVNULL,
-                   stderr=subprocess.DEVNULL, env={**os.environ, "OMP_NUM_THREADS": "1"})
+                   stderr=subprocess.DEVNULL, cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1"})
     wall, cpu = json.loads(mark.read_text())
     return [wall - start, cpu, time.time() - start]
 
