@@ -74,7 +74,7 @@ def difference(first: np.ndarray, second: np.ndarray, seed: int = 0, resamples: 
     if not len(first):
         return Difference(*[float("nan")] * 4)
     if len(first) == 1:
-        return Difference(pooled(second) - pooled(first), *[float("nan")] * 2, 1.0)
+        return Difference(pooled(second) - pooled(first), float("nan"), float("nan"), 1.0)
     draws = _draws(len(first), seed, resamples)
     low, high = _interval(_ratios(second[draws].sum(axis=1)) - _ratios(first[draws].sum(axis=1)))
     observed = pooled(second) - pooled(first)
