@@ -1,10 +1,13 @@
 """Thirty labels to landmarks of every frame: the command, from videos and a folder of labels."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from aam import search_cases as cases
+from conftest import ROOT
 
 from dnnvss import files
 from dnnvss.aam.labelling.sheet import Label, Sheet, write_picture
@@ -42,11 +45,12 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return labels, videos
 
 
-def test_labels_become_landmarks_of_every_frame(material: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
-                                                ) -> None:
+def test_labels_become_landmarks_of_every_frame(material: tuple[Path, Path]) -> None:
     labels, videos = material
-    assert program.main([str(labels), str(videos), "--jobs", "1"]) == 0
-    assert f"{2 * FRAMES} of {2 * FRAMES} frames of 2 videos are tracked" in capsys.readouterr().out
+    command = [sys.executable, "-m", "dnnvss.pipeline.track", str(labels), str(videos), "--jobs", "2"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)  # as a user would, in two processes
+    assert done.returncode == 0, done.stderr
+    assert f"{2 * FRAMES} of {2 * FRAMES} frames of 2 videos are tracked" in done.stdout
     for number in (0, 1):
         found = read_landmarks(videos / f"s{number}.npz")
         assert found.valid.all()
