@@ -209,6 +209,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    from dnnvss.pipeline import track  # workers cannot find what belongs to __main__
+    from dnnvss.pipeline.track import main as run  # workers cannot find what belongs to __main__
 
-    sys.exit(track.main())
+    sys.exit(run())
