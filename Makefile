@@ -27,4 +27,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) data/demo runs demo.mp4
+	rm -rf $(VENV) data/demo runs demo.*
