@@ -3,25 +3,46 @@
     python benchmarks/gpu.py                       5 x 3000 tanh, dropout .5, 5,040,000 frames, batch 100 and 4096
 
 Codes and targets (2 GB) lie on the GPU, which draws its batches by itself; the fit is that of train.py. Some
-seconds of each batch size are measured and an epoch follows from them. The last lines compare the ways to the first
-layer, sum of rows against a one-hot matrix expanded on the GPU, forward and backward. The program takes some minutes,
-most of them to make the corpus; ``--frames 200000 --hidden 256 256 --device cpu`` tries it without a GPU.
+seconds of each batch size are measured and an epoch follows from them. Each line below is the same fit with one thing
+done otherwise; the last of them is the dense pipeline of nnmnkwii and Merlin on the same GPU (memory-mapped float32
+features, a DataLoader, torch's own layers). Then come the two ways to the first layer, sum of rows and one-hot matrix
+expanded on the GPU, and eight small networks, one after the other and as one network of stacked matrices.
+``--frames 20000 --hidden 64 64 --device cpu`` tries the program without a GPU.
 """
 
 import argparse
+import copy
 import logging
+import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import torch
 from synthetic import all_features, synthetic_store
-from training import Job, ours, product_rate, random_targets
+from torch import Tensor, nn
+from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, peer, product_rate, random_targets
 
-from dnnvss.labels import CodeStore
-from dnnvss.models.code_sum import code_sum
+from dnnvss.labels import CodeStore, FeatureTable
+from dnnvss.models import feedforward
+from dnnvss.models.code_product import code_product
+from dnnvss.training.batches import FrameBatches
 from dnnvss.training.precision import has_bf16
+
+DENSE_FRAMES = 12_000  # of the peer's file
+SMALL, COPIES, SMALL_BATCH = [512, 512, 512], 8, 512
+
+
+@contextmanager
+def rows_summed() -> Iterator[None]:
+    """Let networks sum rows in their first layer where they would multiply."""
+    kept, feedforward.multiplies = feedforward.multiplies, lambda *given: False
+    yield
+    feedforward.multiplies = kept
 
 
 def milliseconds(function: Callable[[], object], device: str, repeats: int = 10) -> float:
@@ -36,27 +57,61 @@ def milliseconds(function: Callable[[], object], device: str, repeats: int = 10)
     return 1e3 * min(times[2:])
 
 
-def first_layer(store: CodeStore, batch: int, units: int, device: str, dtype: torch.dtype) -> tuple[float, float]:
+def first_layer(store: CodeStore, batch: int, units: int, device: str, bf16: bool) -> tuple[float, float]:
     """Return milliseconds, forward and backward, of the first layer as a sum of rows and as a dense product."""
-    rows = store.table.binary_width
-    active = torch.as_tensor(store.active(np.random.default_rng(0).integers(0, len(store), batch))).to(device)
-    weight = torch.randn(rows + 1, units, device=device, requires_grad=True)
-    grad = torch.randn(batch, units, device=device)
+    frames = np.random.default_rng(0).integers(0, len(store), batch)
+    active, numeric = (torch.as_tensor(part).to(device) for part in (store.active(frames), store.numeric(frames)))
+    layer = feedforward.CodeLinear(store.table.binary_width, store.table.numeric_width, units).to(device)
 
-    def summed() -> None:
-        weight.grad = None
-        code_sum(active, weight).backward(grad)
+    def both() -> None:
+        layer.zero_grad()
+        with torch.autocast(device, torch.bfloat16, enabled=bf16):
+            layer(active, numeric).float().square().sum().backward()
 
-    def dense() -> None:
-        weight.grad = None
-        inputs = torch.zeros(batch, rows + 1, device=device, dtype=dtype).scatter_(1, active.long(), 1)
-        (inputs @ weight.to(dtype)).float().backward(grad)
+    product = milliseconds(both, device)
+    with rows_summed():
+        return milliseconds(both, device), product
 
-    return milliseconds(summed, device), milliseconds(dense, device)
+
+class Stacked(nn.Module):
+    """Several networks of one size, their matrices stacked, that see the same frames."""
+
+    def __init__(self, table: FeatureTable, hidden: list[int], copies: int) -> None:
+        super().__init__()
+        widths = [*hidden, STREAMS * DIMENSIONS]
+        self.copies, self.width = copies, hidden[0]
+        self.first = nn.Parameter(0.1 * torch.randn(table.binary_width + 1, copies * hidden[0]))
+        self.numeric = nn.Parameter(0.1 * torch.randn(table.numeric_width, copies * hidden[0]))
+        self.zeros = nn.Parameter(torch.zeros(copies * hidden[0]))
+        self.weights = nn.ParameterList(torch.randn(copies, a, b) / a**0.5 for a, b in zip(widths, widths[1:],
+                                                                                          strict=False))
+        self.biases = nn.ParameterList(torch.zeros(copies, 1, b) for b in widths[1:])
+
+    def forward(self, active: Tensor, numeric: Tensor) -> Tensor:
+        """Return the outputs of all, side by side."""
+        x = code_product(active, numeric, self.first, self.numeric, self.zeros)
+        x = x.view(-1, self.copies, self.width).transpose(0, 1)
+        for weight, bias in zip(self.weights, self.biases, strict=True):
+            x = torch.baddbmm(bias, x.tanh(), weight)
+        return x.view(self.copies, -1, STREAMS, DIMENSIONS).permute(1, 2, 0, 3).flatten(1)
+
+
+def stacked(table: FeatureTable, batches: FrameBatches, device: str, precision: str) -> None:
+    """Print what a step of several small networks takes, one after the other and stacked."""
+    job = Job(SMALL, SMALL_BATCH, "adamw", 0.0, device)
+    small = copy.copy(batches)
+    small.batch_size = SMALL_BATCH
+    alone = ours(job, small, new_network(job, table), precision)()
+    tiled = small.targets[: len(small.targets) // COPIES].view(-1, STREAMS, 1, DIMENSIONS)
+    small.frames = small.frames[: len(tiled)]
+    small.targets = tiled.expand(-1, -1, COPIES, -1).reshape(len(tiled), -1)
+    together = ours(job, small, Stacked(table, SMALL, COPIES), precision, COPIES)()
+    print(f"{COPIES} networks of {' x '.join(map(str, SMALL))}, batch {SMALL_BATCH}: one after the other "
+          f"{1e3 * COPIES * alone:.2f} ms a step, stacked {1e3 * together:.2f} ms", flush=True)
 
 
 def main() -> None:
-    """Print a line a batch size, then the two ways to the first layer."""
+    """Print a table a batch size, then the two ways to the first layer, then small networks."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--hidden", type=int, nargs="+", default=[3000] * 5)
     parser.add_argument("--batches", type=int, nargs="+", default=[100, 4096])
@@ -69,19 +124,38 @@ def main() -> None:
         raise SystemExit("no GPU here; --device cpu tries the program")
     name = torch.cuda.get_device_name() if arguments.device == "cuda" else "the processor"
     store, bf16 = synthetic_store(all_features(), arguments.frames), has_bf16(arguments.device)
+    dtype, precision = (torch.bfloat16, "bf16-mixed") if bf16 else (torch.float32, "32-true")
     targets = random_targets(len(store))
-    print(f"{name}: {' x '.join(map(str, arguments.hidden))}, {len(store):,} frames, {'bf16' if bf16 else 'float32'}")
-    for batch in arguments.batches:
-        job = Job(arguments.hidden, batch, "sgd", 0.5, arguments.device)
-        step = ours(job, store, targets, "bf16-mixed" if bf16 else "32-true")()
-        rate = 1 / product_rate(job, torch.bfloat16 if bf16 else torch.float32)()
-        share = job.products * batch / 1e12 / rate / step
-        print(f"batch {batch}: {1e3 * step:.2f} ms a step, {len(store) / batch * step:.1f} s an epoch; products "
-              f"{rate:.1f} TFLOP/s, of which the step reaches {100 * share:.0f} %", flush=True)
-    for batch in arguments.batches:
-        dtype = torch.bfloat16 if bf16 else torch.float32
-        summed, dense = first_layer(store, batch, arguments.hidden[0], arguments.device, dtype)
-        print(f"first layer, batch {batch}: sum of rows {summed:.2f} ms, dense product {dense:.2f} ms", flush=True)
+    print(f"{name}, torch {torch.__version__}: {' x '.join(map(str, arguments.hidden))}, {len(store):,} frames, "
+          f"{precision}", flush=True)
+    every = drawn(Job(arguments.hidden, arguments.batches[0], "sgd", 0.5, arguments.device), store, targets)
+    with tempfile.TemporaryDirectory() as folder:
+        for batch in arguments.batches:
+            job = Job(arguments.hidden, batch, "sgd", 0.5, arguments.device)
+            batches = copy.copy(every)
+            batches.batch_size = batch
+            rate = 1 / product_rate(job, dtype)()
+
+            def line(way: str, step: float, rate: float = rate, job: Job = job) -> None:
+                share = job.products * job.batch / 1e12 / rate / step
+                print(f"batch {job.batch}, {way}: {1e3 * step:.2f} ms a step, {len(store) / job.batch * step:.1f} s an "
+                      f"epoch, {100 * share:.0f} % of {rate:.0f} TFLOP/s", flush=True)
+
+            def fit(job: Job = job, precision: str = precision, batches: FrameBatches = batches) -> float:
+                return ours(job, batches, new_network(job, store.table), precision)()
+
+            line("as train.py does it", fit())
+            line("launched by the host, no graph", fit(replace(job, graph=False)))
+            with rows_summed():
+                line("first layer as a sum of rows", fit())
+            line("float32", fit(precision="32-true"))
+            if arguments.device == "cuda":
+                line("torch.compile within the graph", fit(replace(job, compile=True)))
+            dense = synthetic_store(all_features(), DENSE_FRAMES)
+            line("dense pipeline, float32", peer(job, dense, random_targets(len(dense)), Path(folder))())
+            summed, product = first_layer(store, batch, arguments.hidden[0], arguments.device, bf16)
+            print(f"batch {batch}, first layer: sum of rows {summed:.2f} ms, dense product {product:.2f} ms", flush=True)
+    stacked(store.table, every, arguments.device, precision)
 
 
 if __name__ == "__main__":

@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 import torch
 from synthetic import all_features, synthetic_store
-from training import DIMENSIONS, STREAMS, Job, ours, random_targets
+from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, random_targets
 
-from dnnvss.labels import CodeStore, NumericScaler
+from dnnvss.labels import CodeStore
 from dnnvss.training.batches import FrameBatches
 
 BATCH = 512
@@ -69,19 +69,17 @@ def opened(folder: Path, report: bool) -> CodeStore:
     return store
 
 
-def drawing(store: CodeStore, targets: np.ndarray, batch: int) -> float:
+def drawing(batches: FrameBatches) -> float:
     """Return processor seconds to draw a batch, the order of the epoch included."""
-    batches = FrameBatches(store, NumericScaler.fit(store, np.arange(0, len(store), 100)), targets,
-                           np.arange(len(store), dtype=np.int32), batch, seed=0)
     start = time.process_time()
-    iterator = iter(batches)
-    next(iterator)
+    blocks = batches.blocks(batches.at_once)
+    next(blocks)
     order = time.process_time() - start
     times = []
-    for _ in range(200):
+    for _ in range(30):
         start = time.process_time()
-        next(iterator)
-        times.append(time.process_time() - start)
+        block = next(blocks)
+        times.append((time.process_time() - start) / len(block))
     return float(np.median(times)) + order / len(batches)
 
 
@@ -104,8 +102,9 @@ def main() -> None:
         child(partial(opened, folder, report=False))  # type: ignore[arg-type]
         targets = np.load(folder / "targets.npy", mmap_mode="c")
         for hidden, batch, optimizer, dropout in (([512] * 3, BATCH, "adamw", 0.0), ([3000] * 3, 1024, "sgd", 0.5)):
-            step = ours(Job(hidden, batch, optimizer, dropout), store, targets)()
-            spent = drawing(store, targets, batch)
+            job = Job(hidden, batch, optimizer, dropout)
+            batches = drawn(job, store, targets)
+            step, spent = ours(job, batches, new_network(job, store.table))(), drawing(batches)
             memory = resident()
             print(f"{' x '.join(map(str, hidden))}, batch {batch}: drawing {1e3 * spent:.2f} of {1e3 * step:.0f} ms "
                   f"({100 * spent / step:.1f} %); memory of the process {memory['own']:.0f} MB, mapped files "

@@ -2,30 +2,51 @@
 
     python -m data_prep corpus=demo corpus.out=CORPUS
     OMP_NUM_THREADS=1 python benchmarks/same_loss.py CORPUS [--seeds 3] [--hidden 512 512 512] [--dropout 0.5]
+    python benchmarks/same_loss.py CORPUS --save FILE      # and on another machine, without the corpus:
+    python benchmarks/same_loss.py FILE --accelerator gpu
 
-Both fits have the same data, settings and seeds; ``plain`` has torch's own dropout and embedding sum, ``ours`` those of
-the package, in float32 and, where the machine has it, in bf16. The error is in variances of the training frames.
+Both fits have the same data, settings and seeds; ``plain`` has torch's own dropout and embedding sum and no recorded
+steps, ``ours`` what the package has, in float32 and, where the machine has it, in bf16. The error is in variances of
+the training frames.
 """
 
 import argparse
 import logging
+import pickle
 import tempfile
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from hydra import compose, initialize_config_dir
 from torch import Tensor, nn
 
-from dnnvss.corpus import Corpus
 from dnnvss.models import Example, FeedForward, feedforward
-from dnnvss.pipeline.data import split_examples
-from dnnvss.pipeline.folder import make_task
-from dnnvss.pipeline.train import encode_with_aam
+from dnnvss.timing import FrameClock
 from dnnvss.training import FitSettings, NetworkModel
 from dnnvss.training.precision import has_bf16
+
+
+Examples = dict[str, list[Example]]
+
+
+def corpus_examples(folder: Path) -> Examples:
+    """Return the examples of a prepared corpus, phones and context."""
+    from hydra import compose, initialize_config_dir
+
+    from dnnvss.corpus import Corpus
+    from dnnvss.pipeline.data import split_examples
+    from dnnvss.pipeline.folder import make_task
+    from dnnvss.pipeline.train import encode_with_aam
+
+    with initialize_config_dir(str(Path(__file__).parents[1] / "conf"), version_base=None):
+        config = compose("train", overrides=["corpus=demo", f"corpus.out={folder}", "labels=ph"])
+    corpus, task = Corpus.open(folder), make_task(config)
+    examples = split_examples(task, corpus, encode_with_aam(corpus, config), config.corpus.split)
+    return {name: [replace(e, targets=np.float32(e.targets)) for e in part] for name, part in examples.items()}
 
 
 @contextmanager
@@ -50,33 +71,39 @@ def error(model: NetworkModel, val: list[Example]) -> float:
 def main() -> None:
     """Print a line a way."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("corpus", type=Path)
+    parser.add_argument("source", type=Path, metavar="CORPUS", help="folder of a prepared corpus, or a saved FILE")
+    parser.add_argument("--save", type=Path, metavar="FILE", help="write the examples of the corpus, and stop")
+    parser.add_argument("--accelerator", choices=("cpu", "gpu"), default="cpu")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--epochs", type=int, default=6)
     parser.add_argument("--hidden", type=int, nargs="+", default=[512, 512, 512])
     parser.add_argument("--dropout", type=float, default=0.5)
     arguments = parser.parse_args()
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
-    with initialize_config_dir(str(Path(__file__).parents[1] / "conf"), version_base=None):
-        config = compose("train", overrides=["corpus=demo", f"corpus.out={arguments.corpus}", "labels=ph"])
-    corpus, task = Corpus.open(arguments.corpus), make_task(config)
-    examples = split_examples(task, corpus, encode_with_aam(corpus, config), config.corpus.split)
+    warnings.filterwarnings("ignore")
+    given = arguments.source
+    examples: Examples = pickle.loads(given.read_bytes()) if given.is_file() else corpus_examples(given)
+    if arguments.save:
+        arguments.save.write_bytes(pickle.dumps({name: examples[name] for name in ("train", "val")}))
+        return
+    some = examples["train"][0]
     build: Callable[..., nn.Module] = partial(FeedForward, hidden=arguments.hidden, dropout=arguments.dropout,
                                               input_dropout=0.2)
 
-    def fit(seed: int, precision: str) -> float:
+    def fit(seed: int, precision: str, graph: bool = True) -> float:
         settings = FitSettings(epochs=arguments.epochs, seed=seed, precision=precision, progress=False, figure_every=0,
-                               accelerator="cpu")
-        model = NetworkModel(task.table, task.clock, build, settings)
+                               accelerator=arguments.accelerator, graph=graph)
+        model = NetworkModel(some.codes.table, FrameClock(100), build, settings)
         with tempfile.TemporaryDirectory() as folder:
             model.fit(examples["train"], examples["val"], Path(folder))
             return error(model, examples["val"])
 
-    ways = {"ours, float32": "32-true"} | ({"ours, bf16": "bf16-mixed"} if has_bf16() else {})
+    bf16 = has_bf16("cpu" if arguments.accelerator == "cpu" else "cuda")
+    ways = {"ours, float32": "32-true"} | ({"ours, bf16": "bf16-mixed"} if bf16 else {})
     errors: dict[str, list[float]] = {"plain, float32": [], **{name: [] for name in ways}}
     for seed in range(arguments.seeds):
         with plain():
-            errors["plain, float32"].append(fit(seed, "32-true"))
+            errors["plain, float32"].append(fit(seed, "32-true", graph=False))
         for name, precision in ways.items():
             errors[name].append(fit(seed, precision))
         print(f"seed {seed}: " + "; ".join(f"{name} {values[-1]:.4f}" for name, values in errors.items()), flush=True)

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
+from dnnvss.models.code_product import code_product, multiplies
 from dnnvss.models.code_sum import code_sum
 from dnnvss.models.dropout import Dropout
 
@@ -16,7 +17,8 @@ ACTIVATIONS: dict[str, Callable[[], nn.Module]] = {"tanh": nn.Tanh, "sigmoid": n
 class CodeLinear(nn.Module):
     """A linear layer whose binary inputs come as the indices of the active columns.
 
-    Equal to ``dense @ weight + numeric @ numeric_weight + bias``, at the cost of the active columns only.
+    Equal to ``dense @ weight + numeric @ numeric_weight + bias``, at the cost of the active columns only, or as that very
+    product where the device does it faster.
 
     Args:
         binary: number of binary columns; index ``binary`` is padding.
@@ -46,6 +48,8 @@ class CodeLinear(nn.Module):
         if self.training and self.dropout:
             kept = torch.rand(active.shape, device=active.device) >= self.dropout
             active = torch.where(kept, active, self.weight.shape[0] - 1)
+        if multiplies(active, self.weight):
+            return code_product(active, numeric, self.weight, self.numeric_weight, self.bias)
         return torch.addmm(code_sum(active, self.weight) + self.bias, numeric, self.numeric_weight)
 
 

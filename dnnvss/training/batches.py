@@ -12,6 +12,8 @@ from dnnvss.labels import CodeStore, NumericScaler
 
 Batch = tuple[Tensor, Tensor, Tensor]
 """Active columns (B, A) int32, normalised numeric inputs (B, N) and normalised targets (B, W x D)."""
+AT_ONCE = {"cpu": 4096, "cuda": 65536}
+"""About how many frames are drawn at once: enough that the calls themselves cost little beside what they do."""
 
 
 class FrameBatches(IterableDataset):
@@ -46,16 +48,27 @@ class FrameBatches(IterableDataset):
         return max(1, int(len(self.frames) * self.share) // self.batch_size)
 
     def __iter__(self) -> Iterator[Batch]:
+        for block in self.blocks(self.at_once):
+            yield from block
+
+    @property
+    def at_once(self) -> int:
+        """Batches that are drawn at once."""
+        return max(1, AT_ONCE[self.targets.device.type] // self.batch_size)
+
+    def blocks(self, at_once: int) -> Iterator[list[Batch]]:
+        """Return the batches of an epoch in order, drawn ``at_once`` at a time."""
         order: Any = self.frames
         if self.seed is not None:
             order = np.random.default_rng([self.seed, self.epoch()]).permutation(self.frames)
         if self.targets.device.type != "cpu":
             order = torch.from_numpy(order).to(self.targets.device)
         rank, world = self.place()
-        for number in range(len(self)):
-            frames = order[number * self.batch_size : (number + 1) * self.batch_size]
-            own = frames[rank::world]
-            yield self.batch(own if len(own) else frames[:1], number)  # too few to share: one twice
+        for first in range(0, len(self), at_once):
+            numbers = range(first, min(first + at_once, len(self)))
+            batches = [order[k * self.batch_size : (k + 1) * self.batch_size] for k in numbers]
+            own = [frames[rank::world] if len(frames) > rank else frames[:1] for frames in batches]
+            yield self.draw(own, first)  # a batch with too few frames to share: one of them twice
 
     def to(self, device: Any) -> Self:
         """Move codes and targets to a device, which then draws batches without the host (11 bytes of codes a frame)."""
@@ -63,8 +76,38 @@ class FrameBatches(IterableDataset):
         self.targets = self.targets.to(device)
         return self
 
-    def batch(self, frames: Any, number: int = 0) -> Batch:
-        """Return the inputs and targets of the given frames, inputs from the store whose turn it is."""
-        store = self.stores[number % len(self.stores)]
-        active, numeric = store.active(frames), self.scaler(store.numeric(frames))
-        return torch.as_tensor(active), torch.as_tensor(numeric), self.targets[torch.as_tensor(frames)]
+    def draw(self, batches: Sequence[Any], first: int = 0) -> list[Batch]:
+        """Return inputs and targets of batches of frames; ``first`` is the number of the first of them.
+
+        The inputs of a batch come from the store whose turn it is.
+        """
+        drawn: dict[int, Batch] = {}
+        for turn, store in enumerate(self.stores):
+            places = [k for k in range(len(batches)) if (first + k) % len(self.stores) == turn]
+            if not places:
+                continue
+            mine = [batches[k] for k in places]
+            frames = np.concatenate(mine) if isinstance(mine[0], np.ndarray) else torch.cat(mine)
+            active, numeric = store.active(frames), self.scaler(store.numeric(frames))
+            parts = torch.as_tensor(active), torch.as_tensor(numeric), self.targets[torch.as_tensor(frames)]
+            sizes = [len(batch) for batch in mine]
+            drawn |= dict(zip(places, zip(*(part.split(sizes) for part in parts), strict=True), strict=True))
+        return [drawn[k] for k in range(len(batches))]
+
+
+class Blocks(IterableDataset):
+    """Batches in blocks, for a fit that takes the steps of a block by itself.
+
+    Args:
+        batches: of which the blocks are made.
+        at_once: batches a block; as many as are drawn at once if left out.
+    """
+
+    def __init__(self, batches: FrameBatches, at_once: int = 0) -> None:
+        self.batches, self.at_once = batches, at_once or batches.at_once
+
+    def __len__(self) -> int:
+        return -(-len(self.batches) // self.at_once)
+
+    def __iter__(self) -> Iterator[list[Batch]]:
+        return self.batches.blocks(self.at_once)

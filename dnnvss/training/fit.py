@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import lightning as L
-from lightning.pytorch.callbacks import Callback, EarlyStopping, EMAWeightAveraging, ModelCheckpoint, TQDMProgressBar
+from lightning.pytorch.callbacks import Callback, EarlyStopping, ModelCheckpoint, TQDMProgressBar
 from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.plugins.io import TorchCheckpointIO
 from torch import nn
@@ -15,7 +15,7 @@ from torch.utils.data import DataLoader
 
 from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, Prediction
-from dnnvss.training.batches import FrameBatches
+from dnnvss.training.batches import Blocks, FrameBatches
 from dnnvss.training.devices import process_number
 from dnnvss.training.module import FrameRegression
 from dnnvss.training.network import load_checkpoint, save_checkpoint
@@ -91,26 +91,24 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
         DnnvssError: the loss diverged, or the checkpoint to resume from is damaged.
     """
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
-    module = FrameRegression(network, settings, streams, dimensions)
+    epochs, smoke = (1, 1) if settings.smoke else (settings.epochs, None)
+    module = FrameRegression(network, settings, streams, dimensions, smoke or epochs * len(train))
     checkpoints = folder / "checkpoints"
     keep = ModelCheckpoint(checkpoints, "best", monitor="val/static", save_last=True, enable_version_counter=False,
                            save_on_train_epoch_end=True)
     callbacks: list[Callback] = [Watch(settings), keep, EarlyStopping("val/static", patience=settings.patience)]
-    if settings.average:
-        callbacks.append(EMAWeightAveraging(decay=settings.average))
     if settings.progress:
-        callbacks.append(TQDMProgressBar(refresh_rate=20))
+        callbacks.append(TQDMProgressBar())
     if settings.figure_every:
         callbacks.append(TrajectoryFigure(*preview, settings.figure_every))
     trainer = L.Trainer(
         plugins=[WholeCheckpoints()], default_root_dir=folder, callbacks=callbacks,
-        max_epochs=1 if settings.smoke else settings.epochs,
+        max_epochs=epochs,
         logger=TensorBoardLogger(folder, name="", version="tensorboard"),
         precision=resolve(settings.precision, settings.accelerator),  # type: ignore[arg-type]
         accelerator=settings.accelerator, devices=settings.devices, num_nodes=settings.nodes,
-        strategy=settings.strategy, gradient_clip_val=settings.clip, use_distributed_sampler=False,
-        enable_progress_bar=settings.progress, enable_model_summary=False, num_sanity_val_steps=0,
-        limit_train_batches=1 if settings.smoke else None, log_every_n_steps=min(50, len(train)),
+        strategy=settings.strategy, use_distributed_sampler=False, enable_progress_bar=settings.progress,
+        enable_model_summary=False, num_sanity_val_steps=0, limit_train_batches=smoke, log_every_n_steps=1,
     )
     if settings.batch_size % trainer.world_size:
         raise DnnvssError(f"a batch of {settings.batch_size} frames cannot be shared by {trainer.world_size} processes",
@@ -124,11 +122,12 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
         for message in _LIGHTNING_CHATTER:
             warnings.filterwarnings("ignore", message=message)
         try:
-            trainer.fit(module, DataLoader(train, batch_size=None), DataLoader(val, batch_size=None),
-                        ckpt_path=start, weights_only=True)
+            trainer.fit(module, DataLoader(Blocks(train, smoke or 0), batch_size=None),
+                        DataLoader(val, batch_size=None), ckpt_path=start, weights_only=True)
         except SystemExit as end:  # Lightning turns Ctrl-C into an exit of its own
             raise KeyboardInterrupt from end
     module.load_state_dict(load_checkpoint(checkpoints / "best.ckpt")["state_dict"])
+    network.load_state_dict(module.result.state_dict())
 
 
 def resume_point(checkpoints: Path) -> Path | None:

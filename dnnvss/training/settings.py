@@ -7,8 +7,8 @@ from dnnvss.errors import DnnvssError
 LOG_VARIANCE = (-7.0, 3.0)
 """Range of predicted log variances, where 0 is the variance of the training frames."""
 
-SHARING = ("nodes", "strategy")
-"""Settings that share a fit out and do not change what comes of it."""
+SHARING = ("nodes", "strategy", "graph", "compile")
+"""Settings that share a fit out or speed it up and do not change what comes of it."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,8 @@ class FitSettings:
         clip: largest norm of the gradient.
         average: decay of the exponential average of the weights that is kept as the result; 0 keeps the last.
         precision: ``32-true``, ``bf16-mixed``, or ``auto`` for bf16 where the device multiplies it in hardware.
+        graph: on a GPU that works alone, record a step and replay it; the results are the same.
+        compile: let torch.compile write kernels for the network; needs Triton on a GPU, a C++ compiler without.
         accelerator, devices: as Lightning takes them; devices are those of one machine.
         nodes: machines that share the fit.
         strategy: how devices share it: ``auto``, ``ddp``. A batch is shared out, so that results do not depend on it.
@@ -60,6 +62,8 @@ class FitSettings:
     clip: float = 1.0
     average: float = 0.0
     precision: str = "32-true"
+    graph: bool = True
+    compile: bool = False
     accelerator: str = "auto"
     devices: int = 1
     nodes: int = 1

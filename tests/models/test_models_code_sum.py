@@ -1,11 +1,13 @@
-"""Sums of rows against the dense product, in both directions, and the order that the gradient is summed in."""
+"""The ways to the first layer against torch's own layers, and the order that the gradient is summed in."""
 
 import numpy as np
 import pytest
 import torch
 from torch import Tensor
 
+from dnnvss.models.code_product import DENSE_FROM, code_product
 from dnnvss.models.code_sum import by_column, code_sum
+from dnnvss.models.feedforward import CodeLinear
 
 ROWS, UNITS, FRAMES, SLOTS = 40, 7, 25, 6
 
@@ -35,6 +37,36 @@ def test_sum_and_gradient_equal_the_dense_product(seed: int) -> None:
     assert not ours.grad[-1].any()
     with torch.no_grad():
         torch.testing.assert_close(code_sum(active, ours), dense(active) @ weight[:-1])
+
+
+@pytest.mark.parametrize("numbers", [0, 3])
+def test_product_and_gradients_equal_torchs_layers(numbers: int) -> None:
+    active = codes(np.random.default_rng(1))
+    torch.manual_seed(1)
+    numeric, bias = torch.randn(FRAMES, numbers).double(), torch.randn(UNITS).double()
+    weight, other = torch.randn(ROWS + 1, UNITS).double(), torch.randn(numbers, UNITS).double()
+    ours, theirs = ([w.clone().requires_grad_() for w in (weight, other, bias)] for _ in range(2))
+    values = (code_product(active, numeric, *ours),
+              dense(active) @ theirs[0][:-1] + torch.addmm(theirs[2], numeric, theirs[1]))
+    torch.testing.assert_close(*values)
+    for value in values:
+        value.tanh().square().sum().backward()
+    for mine, expected in zip(ours, theirs, strict=True):
+        torch.testing.assert_close(mine.grad, expected.grad)  # the row of padding has none
+
+
+def test_a_large_batch_in_bf16_is_multiplied_and_close_to_the_sum() -> None:
+    layer = CodeLinear(ROWS, 2, 16)
+    layer.reset(SLOTS)
+    active = codes(np.random.default_rng(2)).repeat(-(-DENSE_FROM // FRAMES), 1)
+    numeric = torch.randn(len(active), 2)
+    exact = layer(active, numeric)
+    with torch.autocast("cpu", torch.bfloat16):
+        rounded = layer(active, numeric)
+        few = layer(active[: DENSE_FROM - 1], numeric[: DENSE_FROM - 1])
+    assert rounded.dtype == torch.bfloat16 and "CodeProduct" in rounded.grad_fn.name()
+    assert "CodeProduct" not in few.grad_fn.name()
+    torch.testing.assert_close(rounded.float(), exact, rtol=0.02, atol=0.02)
 
 
 @pytest.mark.parametrize("columns", [3, 70000])

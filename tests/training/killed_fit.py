@@ -75,7 +75,7 @@ def half_written(number: int) -> Callable:
 
 def in_first_epoch() -> None:
     """Die before there is any checkpoint."""
-    FrameRegression.training_step = counted(FrameRegression.training_step, 3)  # type: ignore[method-assign]
+    FrameRegression.step = counted(FrameRegression.step, 3)  # type: ignore[method-assign]
 
 
 def in_an_epoch() -> None:

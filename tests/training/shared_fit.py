@@ -4,18 +4,18 @@
 """
 
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-import torch
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from conftest import CLOCK, TABLE, make_example
 
 from dnnvss.models import FeedForward
 from dnnvss.training import FitSettings, NetworkModel
-from dnnvss.training.batches import FrameBatches
+from dnnvss.training.batches import Batch, FrameBatches
 from dnnvss.training.devices import process_number
 
 
@@ -24,11 +24,11 @@ class Noted(FrameBatches):
 
     drawn: list[int] = []  # noqa: RUF012
 
-    def batch(self, frames: np.ndarray, number: int = 0) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return the batch."""
+    def draw(self, batches: Sequence[np.ndarray], first: int = 0) -> list[Batch]:
+        """Return the batches."""
         if self.seed is not None:
-            self.drawn.extend(frames.tolist())
-        return super().batch(frames, number)
+            self.drawn.extend(np.concatenate(batches).tolist())
+        return super().draw(batches, first)
 
 
 def main(folder: Path, devices: int) -> None:

@@ -63,7 +63,7 @@ def test_steps_equal_those_of_a_dense_network_and_plain_sgd(examples: dict[str, 
         for loss, optimizer in zip(losses, (fast, plain), strict=True):
             optimizer.zero_grad()
             loss.backward()
-        module.configure_gradient_clipping(fast)
+        module.clip()
         clipped += nn.utils.clip_grad_norm_(dense.parameters(), SGD.clip).item() > SGD.clip
         fast.step(), plain.step()
         torch.testing.assert_close(*losses, rtol=1e-4, atol=1e-5)

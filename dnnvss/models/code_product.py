@@ -1,0 +1,60 @@
+"""The first layer as one dense product, for devices whose matrix products cost less than their memory."""
+
+from typing import Any
+
+import torch
+from torch import Tensor
+
+DENSE_FROM = 256
+"""Frames from which a processor with bf16 products (AMX, AVX512-BF16) multiplies sooner than it sums rows."""
+
+
+def multiplies(active: Tensor, weight: Tensor) -> bool:
+    """Return whether the device does better with a dense product than with a sum of the rows of active columns.
+
+    A GPU does; a processor where bf16 autocast is on and the batch is large, while there is something to learn.
+    """
+    if weight.device.type == "cpu":
+        return torch.is_autocast_enabled("cpu") and torch.is_grad_enabled() and len(active) >= DENSE_FROM
+    return weight.device.type == "cuda"
+
+
+def code_product(active: Tensor, numeric: Tensor, weight: Tensor, numeric_weight: Tensor, bias: Tensor) -> Tensor:
+    """Return ``one-hot @ weight + numeric @ numeric_weight + bias`` (B, H), expanded and multiplied in one piece.
+
+    Args:
+        active: int32 columns (B, A), C where there is none.
+        numeric: (B, N).
+        weight: (C + 1, H), its last row that of padding, which neither counts nor gets a gradient.
+        numeric_weight, bias: (N, H), (H,).
+    """
+    kind = weight.device.type
+    dtype = torch.get_autocast_dtype(kind) if torch.is_autocast_enabled(kind) else weight.dtype
+    return _CodeProduct.apply(active, numeric, weight, numeric_weight, bias, dtype)
+
+
+class _CodeProduct(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, active: Tensor, numeric: Tensor, weight: Tensor, numeric_weight: Tensor, bias: Tensor,
+                dtype: torch.dtype) -> Tensor:
+        """Multiply; the weights are copied into one matrix of the products' type, which autocast would do too."""
+        columns, numbers = len(weight), len(numeric_weight)
+        inner = -(-(columns + numbers + 1) // 8) * 8  # multiples of 16 bytes, as fast products ask for
+        inputs = torch.zeros(len(active), inner, device=weight.device, dtype=dtype)
+        inputs.scatter_(1, active.long(), 1)
+        inputs[:, columns - 1] = 0
+        inputs[:, columns : columns + numbers] = numeric
+        inputs[:, columns + numbers] = 1
+        weights = torch.zeros(inner, weight.shape[1], device=weight.device, dtype=dtype)
+        for part, start in ((weight, 0), (numeric_weight, columns), (bias[None], columns + numbers)):
+            weights[start : start + len(part)] = part
+        ctx.save_for_backward(inputs)
+        ctx.parts, ctx.dtype = (columns, numbers, 1, inner - columns - numbers - 1), weight.dtype
+        return inputs @ weights
+
+    @staticmethod
+    def backward(ctx: Any, *grads: Tensor) -> tuple[Tensor | None, ...]:
+        """Return the gradients of the weights, parts of one product."""
+        (inputs,) = ctx.saved_tensors
+        weight, numeric, bias, _ = (inputs.T @ grads[0]).to(ctx.dtype).split(ctx.parts)
+        return None, None, weight, numeric, bias[0], None

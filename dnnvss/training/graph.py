@@ -1,0 +1,68 @@
+"""A training step that a GPU has recorded and replays by itself."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import torch
+from torch import Tensor
+
+from dnnvss.training.batches import Batch
+
+_WARM = 3  # steps before the recording: the optimiser makes its state, libraries choose their kernels
+
+
+class GraphedStep:
+    """Calls ``step`` for the first batches, then records it as a CUDA graph and replays that.
+
+    A step of a feed-forward network is a hundred small kernels; the host takes longer to ask for them than the GPU to
+    run them, unless the batch is large. A replay asks once.
+
+    Args:
+        step: takes a batch, waits for no result, and keeps nothing of its own on the host.
+        optimizer: the one that ``step`` uses; its learning rates may change between calls.
+    """
+
+    def __init__(self, step: Callable[[Batch], None], optimizer: torch.optim.Optimizer) -> None:
+        self.step, self.optimizer = step, optimizer
+        self.calls, self.graph = 0, torch.cuda.CUDAGraph()
+        self.inputs: Batch | None = None
+        self.rates: list[Tensor] = []
+
+    def __call__(self, batch: Batch) -> None:
+        """Take a step; all batches have the shapes of the first."""
+        self.calls += 1
+        if self.calls <= _WARM:
+            side = torch.cuda.Stream()  # a recording must not meet work of the default stream
+            side.wait_stream(torch.cuda.current_stream())
+            with torch.cuda.stream(side):
+                self.step(batch)
+            torch.cuda.current_stream().wait_stream(side)
+            return
+        if self.inputs is None:
+            self._record(batch)
+        assert self.inputs is not None
+        for ours, given in zip(self.inputs, batch, strict=True):
+            ours.copy_(given)
+        for rate, group in zip(self.rates, self.optimizer.param_groups, strict=True):
+            rate.fill_(group["lr"])
+        self.graph.replay()
+
+    def _record(self, batch: Batch) -> None:
+        active, numeric, target = batch
+        self.inputs = active.clone(), numeric.clone(), target.clone()
+        self.rates = [torch.zeros((), device=target.device) for _ in self.optimizer.param_groups]
+        with _recordable(self.optimizer, self.rates), torch.cuda.graph(self.graph):
+            self.step(self.inputs)
+
+
+@contextmanager
+def _recordable(optimizer: torch.optim.Optimizer, rates: list[Tensor]) -> Iterator[None]:
+    """Let the optimiser read its learning rates from the GPU, where each replay finds the present ones."""
+    kept = [dict(group) for group in optimizer.param_groups]
+    for group, rate in zip(optimizer.param_groups, rates, strict=True):
+        group["lr"] = rate
+        if "capturable" in group:
+            group["capturable"] = True
+    yield
+    for group, before in zip(optimizer.param_groups, kept, strict=True):
+        group.update(before)
