@@ -24,12 +24,11 @@ from pathlib import Path
 import numpy as np
 import torch
 from synthetic import all_features, synthetic_store
-from torch import Tensor, nn
-from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, peer, product_rate, random_targets
+from training import Job, drawn, new_network, ours, peer, product_rate, random_targets
 
 from dnnvss.labels import CodeStore, FeatureTable
 from dnnvss.models import feedforward
-from dnnvss.models.code_product import code_product
+from dnnvss.models.stacked import StackedNetworks
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.precision import has_bf16
 
@@ -73,41 +72,16 @@ def first_layer(store: CodeStore, batch: int, units: int, device: str, bf16: boo
         return milliseconds(both, device), product
 
 
-class Stacked(nn.Module):
-    """Several networks of one size, their matrices stacked, that see the same frames."""
-
-    def __init__(self, table: FeatureTable, hidden: list[int], copies: int) -> None:
-        super().__init__()
-        widths = [*hidden, STREAMS * DIMENSIONS]
-        self.copies, self.width = copies, hidden[0]
-        self.first = nn.Parameter(0.1 * torch.randn(table.binary_width + 1, copies * hidden[0]))
-        self.numeric = nn.Parameter(0.1 * torch.randn(table.numeric_width, copies * hidden[0]))
-        self.zeros = nn.Parameter(torch.zeros(copies * hidden[0]))
-        self.weights = nn.ParameterList(torch.randn(copies, a, b) / a**0.5 for a, b in zip(widths, widths[1:],
-                                                                                          strict=False))
-        self.biases = nn.ParameterList(torch.zeros(copies, 1, b) for b in widths[1:])
-
-    def forward(self, active: Tensor, numeric: Tensor) -> Tensor:
-        """Return the outputs of all, side by side."""
-        x = code_product(active, numeric, self.first, self.numeric, self.zeros)
-        x = x.view(-1, self.copies, self.width).transpose(0, 1)
-        for weight, bias in zip(self.weights, self.biases, strict=True):
-            x = torch.baddbmm(bias, x.tanh(), weight)
-        return x.view(self.copies, -1, STREAMS, DIMENSIONS).permute(1, 2, 0, 3).flatten(1)
-
-
 def stacked(table: FeatureTable, batches: FrameBatches, device: str, precision: str) -> None:
-    """Print what a step of several small networks takes, one after the other and stacked."""
+    """Print what a step of several small networks takes, one after the other and together."""
     job = Job(SMALL, SMALL_BATCH, "adamw", 0.0, device)
     small = copy.copy(batches)
     small.batch_size = SMALL_BATCH
     alone = ours(job, small, new_network(job, table), precision)()
-    tiled = small.targets[: len(small.targets) // COPIES].view(-1, STREAMS, 1, DIMENSIONS)
-    small.frames = small.frames[: len(tiled)]
-    small.targets = tiled.expand(-1, -1, COPIES, -1).reshape(len(tiled), -1)
-    together = ours(job, small, Stacked(table, SMALL, COPIES), precision, COPIES)()
+    small.members = COPIES
+    together = ours(job, small, StackedNetworks([new_network(job, table) for _ in range(COPIES)]), precision)()
     print(f"{COPIES} networks of {' x '.join(map(str, SMALL))}, batch {SMALL_BATCH}: one after the other "
-          f"{1e3 * COPIES * alone:.2f} ms a step, stacked {1e3 * together:.2f} ms", flush=True)
+          f"{1e3 * COPIES * alone:.2f} ms a step, together {1e3 * together:.2f} ms", flush=True)
 
 
 def main() -> None:
@@ -154,7 +128,7 @@ def main() -> None:
             dense = synthetic_store(all_features(), DENSE_FRAMES)
             line("dense pipeline, float32", peer(job, dense, random_targets(len(dense)), Path(folder))())
             summed, product = first_layer(store, batch, arguments.hidden[0], arguments.device, bf16)
-            print(f"batch {batch}, first layer: sum of rows {summed:.2f} ms, dense product {product:.2f} ms", flush=True)
+            print(f"batch {batch}, first layer: sum of rows {summed:.2f} ms, dense product {product:.2f} ms")
     stacked(store.table, every, arguments.device, precision)
 
 

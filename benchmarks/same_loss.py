@@ -29,7 +29,6 @@ from dnnvss.timing import FrameClock
 from dnnvss.training import FitSettings, NetworkModel
 from dnnvss.training.precision import has_bf16
 
-
 Examples = dict[str, list[Example]]
 
 

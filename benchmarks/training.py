@@ -107,10 +107,9 @@ def new_network(job: Job, table: FeatureTable) -> FeedForward:
                        dropout=job.dropout)
 
 
-def ours(job: Job, batches: FrameBatches, network: nn.Module, precision: str = "32-true",
-         copies: int = 1) -> Callable[[], float]:
-    """Return what measures a step of ours, in seconds; a network of several copies has the targets of each."""
-    module = FrameRegression(network, job.settings, STREAMS, copies * DIMENSIONS)
+def ours(job: Job, batches: FrameBatches, network: nn.Module, precision: str = "32-true") -> Callable[[], float]:
+    """Return what measures a step of ours, in seconds."""
+    module = FrameRegression(network, job.settings, STREAMS, DIMENSIONS)
 
     def round_() -> float:
         watch = Watch(SECONDS)

@@ -15,12 +15,14 @@ def multiplies(active: Tensor, weight: Tensor) -> bool:
     A GPU does; a processor where bf16 autocast is on and the batch is large, while there is something to learn.
     """
     if weight.device.type == "cpu":
-        return torch.is_autocast_enabled("cpu") and torch.is_grad_enabled() and len(active) >= DENSE_FROM
+        return torch.is_autocast_enabled("cpu") and torch.is_grad_enabled() and active.shape[-2] >= DENSE_FROM
     return weight.device.type == "cuda"
 
 
 def code_product(active: Tensor, numeric: Tensor, weight: Tensor, numeric_weight: Tensor, bias: Tensor) -> Tensor:
     """Return ``one-hot @ weight + numeric @ numeric_weight + bias`` (B, H), expanded and multiplied in one piece.
+
+    All may have a dimension more in front, for several layers at once.
 
     Args:
         active: int32 columns (B, A), C where there is none.
@@ -38,16 +40,16 @@ class _CodeProduct(torch.autograd.Function):
     def forward(ctx: Any, active: Tensor, numeric: Tensor, weight: Tensor, numeric_weight: Tensor, bias: Tensor,
                 dtype: torch.dtype) -> Tensor:
         """Multiply; the weights are copied into one matrix of the products' type, which autocast would do too."""
-        columns, numbers = len(weight), len(numeric_weight)
+        columns, numbers = weight.shape[-2], numeric_weight.shape[-2]
         inner = -(-(columns + numbers + 1) // 8) * 8  # multiples of 16 bytes, as fast products ask for
-        inputs = torch.zeros(len(active), inner, device=weight.device, dtype=dtype)
-        inputs.scatter_(1, active.long(), 1)
-        inputs[:, columns - 1] = 0
-        inputs[:, columns : columns + numbers] = numeric
-        inputs[:, columns + numbers] = 1
-        weights = torch.zeros(inner, weight.shape[1], device=weight.device, dtype=dtype)
-        for part, start in ((weight, 0), (numeric_weight, columns), (bias[None], columns + numbers)):
-            weights[start : start + len(part)] = part
+        inputs = torch.zeros(*active.shape[:-1], inner, device=weight.device, dtype=dtype)
+        inputs.scatter_(-1, active.long(), 1)
+        inputs[..., columns - 1] = 0
+        inputs[..., columns : columns + numbers] = numeric
+        inputs[..., columns + numbers] = 1
+        weights = torch.zeros(*weight.shape[:-2], inner, weight.shape[-1], device=weight.device, dtype=dtype)
+        for part, start in ((weight, 0), (numeric_weight, columns), (bias[..., None, :], columns + numbers)):
+            weights[..., start : start + part.shape[-2], :] = part
         ctx.save_for_backward(inputs)
         ctx.parts, ctx.dtype = (columns, numbers, 1, inner - columns - numbers - 1), weight.dtype
         return inputs @ weights
@@ -56,5 +58,5 @@ class _CodeProduct(torch.autograd.Function):
     def backward(ctx: Any, *grads: Tensor) -> tuple[Tensor | None, ...]:
         """Return the gradients of the weights, parts of one product."""
         (inputs,) = ctx.saved_tensors
-        weight, numeric, bias, _ = (inputs.T @ grads[0]).to(ctx.dtype).split(ctx.parts)
-        return None, None, weight, numeric, bias[0], None
+        weight, numeric, bias, _ = (inputs.mT @ grads[0]).to(ctx.dtype).split(ctx.parts, dim=-2)
+        return None, None, weight, numeric, bias[..., 0, :], None

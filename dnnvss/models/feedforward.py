@@ -17,8 +17,8 @@ ACTIVATIONS: dict[str, Callable[[], nn.Module]] = {"tanh": nn.Tanh, "sigmoid": n
 class CodeLinear(nn.Module):
     """A linear layer whose binary inputs come as the indices of the active columns.
 
-    Equal to ``dense @ weight + numeric @ numeric_weight + bias``, at the cost of the active columns only, or as that very
-    product where the device does it faster.
+    Equal to ``dense @ weight + numeric @ numeric_weight + bias``, at the cost of the active columns only; or that very
+    product, where the device does it faster.
 
     Args:
         binary: number of binary columns; index ``binary`` is padding.
@@ -45,12 +45,18 @@ class CodeLinear(nn.Module):
 
     def forward(self, active: Tensor, numeric: Tensor) -> Tensor:
         """Return (B, out) for active column indices (B, A) and normalised numeric inputs (B, N)."""
-        if self.training and self.dropout:
-            kept = torch.rand(active.shape, device=active.device) >= self.dropout
-            active = torch.where(kept, active, self.weight.shape[0] - 1)
+        if self.training:
+            active = left_out(active, self.dropout, self.weight.shape[0] - 1)
         if multiplies(active, self.weight):
             return code_product(active, numeric, self.weight, self.numeric_weight, self.bias)
         return torch.addmm(code_sum(active, self.weight) + self.bias, numeric, self.numeric_weight)
+
+
+def left_out(active: Tensor, share: float, padding: int) -> Tensor:
+    """Return active columns with a share of them, drawn at random, replaced by padding."""
+    if not share:
+        return active
+    return torch.where(torch.rand(active.shape, device=active.device) >= share, active, padding)
 
 
 class FeedForward(nn.Module):

@@ -27,6 +27,8 @@ class FrameBatches(IterableDataset):
         batch_size: frames a batch; a last batch that is not full is left out where frames are drawn at random.
         share: part of the frames drawn in an epoch.
         seed: of the order; None keeps the order of ``frames`` and every frame.
+        members: networks that are trained together. Each has an order of its own, of seeds that go on counting; in a
+            batch their frames lie one network behind the other.
         epoch: returns the number of the epoch.
         alternatives: stores of other codes for the same frames; batches take their inputs from all stores in turn.
         place: returns the number of this process and of all that share the fit. Each takes its part of every batch, so
@@ -34,13 +36,13 @@ class FrameBatches(IterableDataset):
     """
 
     def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray,
-                 batch_size: int, share: float = 1.0, seed: int | None = None,
+                 batch_size: int, share: float = 1.0, seed: int | None = None, members: int = 1,
                  epoch: Callable[[], int] = lambda: 0, alternatives: Sequence[CodeStore] = (),
                  place: Callable[[], tuple[int, int]] = lambda: (0, 1)) -> None:
         self.stores, self.scaler = (store, *alternatives), scaler
         self.targets, self.frames = torch.from_numpy(targets), frames
         self.batch_size, self.share, self.seed, self.epoch = min(batch_size, len(frames)), share, seed, epoch
-        self.place = place
+        self.members, self.place = members, place
 
     def __len__(self) -> int:
         if self.seed is None:
@@ -54,21 +56,23 @@ class FrameBatches(IterableDataset):
     @property
     def at_once(self) -> int:
         """Batches that are drawn at once."""
-        return max(1, AT_ONCE[self.targets.device.type] // self.batch_size)
+        return max(1, AT_ONCE[self.targets.device.type] // (self.batch_size * self.members))
 
     def blocks(self, at_once: int) -> Iterator[list[Batch]]:
         """Return the batches of an epoch in order, drawn ``at_once`` at a time."""
-        order: Any = self.frames
-        if self.seed is not None:
-            order = np.random.default_rng([self.seed, self.epoch()]).permutation(self.frames)
-        if self.targets.device.type != "cpu":
-            order = torch.from_numpy(order).to(self.targets.device)
+        orders = [self._order(k) for k in range(self.members)]
         rank, world = self.place()
         for first in range(0, len(self), at_once):
             numbers = range(first, min(first + at_once, len(self)))
-            batches = [order[k * self.batch_size : (k + 1) * self.batch_size] for k in numbers]
-            own = [frames[rank::world] if len(frames) > rank else frames[:1] for frames in batches]
-            yield self.draw(own, first)  # a batch with too few frames to share: one of them twice
+            batches = [[order[k * self.batch_size : (k + 1) * self.batch_size] for order in orders] for k in numbers]
+            own = [[frames[rank::world] if len(frames) > rank else frames[:1] for frames in batch] for batch in batches]
+            yield self.draw([_joined(batch) for batch in own], first)  # too few frames to share: one of them twice
+
+    def _order(self, member: int) -> Any:
+        order: Any = self.frames
+        if self.seed is not None:
+            order = np.random.default_rng([self.seed + member, self.epoch()]).permutation(self.frames)
+        return order if self.targets.device.type == "cpu" else torch.from_numpy(order).to(self.targets.device)
 
     def to(self, device: Any) -> Self:
         """Move codes and targets to a device, which then draws batches without the host (11 bytes of codes a frame)."""
@@ -87,12 +91,18 @@ class FrameBatches(IterableDataset):
             if not places:
                 continue
             mine = [batches[k] for k in places]
-            frames = np.concatenate(mine) if isinstance(mine[0], np.ndarray) else torch.cat(mine)
+            frames = _joined(mine)
             active, numeric = store.active(frames), self.scaler(store.numeric(frames))
             parts = torch.as_tensor(active), torch.as_tensor(numeric), self.targets[torch.as_tensor(frames)]
             sizes = [len(batch) for batch in mine]
             drawn |= dict(zip(places, zip(*(part.split(sizes) for part in parts), strict=True), strict=True))
         return [drawn[k] for k in range(len(batches))]
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    if len(parts) == 1:
+        return parts[0]
+    return np.concatenate(parts) if isinstance(parts[0], np.ndarray) else torch.cat(list(parts))
 
 
 class Blocks(IterableDataset):

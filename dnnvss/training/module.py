@@ -46,7 +46,7 @@ class FrameRegression(L.LightningModule):
                  steps: int = 1) -> None:
         super().__init__()
         self.automatic_optimization, self.steps = False, steps
-        self.network, self.settings = network, settings
+        self.network, self.settings, self.members = network, settings, int(getattr(network, "members", 1))
         self.streams, self.dimensions = streams, dimensions
         weights = torch.tensor(settings.stream_weights[:streams], dtype=torch.float32)
         if len(weights) != streams:
@@ -55,6 +55,11 @@ class FrameRegression(L.LightningModule):
         self.register_buffer("output_weights", weights.repeat_interleave(dimensions), persistent=False)
         self.trained = torch.compile(network.forward) if settings.compile else network.forward
         self.average = copy.deepcopy(network).requires_grad_(False) if settings.average else None
+
+    @property
+    def optimizer(self) -> torch.optim.Optimizer:
+        """The optimiser itself, without Lightning's count of its steps: a replay would not call it."""
+        return self.optimizers(use_pl_optimizer=False)  # type: ignore[return-value]
 
     @property
     def result(self) -> nn.Module:
@@ -81,7 +86,7 @@ class FrameRegression(L.LightningModule):
         self.taken, self.lost, self.mean = (torch.zeros((), device=self.device) for _ in range(3))
         self.take = self.step
         if self.device.type == "cuda" and self.trainer.world_size == 1 and self.settings.graph:
-            self.take = GraphedStep(self.step, self.optimizers(use_pl_optimizer=False))  # type: ignore[assignment]
+            self.take = GraphedStep(self.step, self.optimizer)  # type: ignore[assignment]
 
     def on_train_epoch_start(self) -> None:
         """Count the steps of the epoch anew."""
@@ -106,12 +111,11 @@ class FrameRegression(L.LightningModule):
         """Change the weights by one batch. Nothing here waits for the device, so that a step can be recorded."""
         torch.clear_autocast_cache()  # which holds the weights of the step before, rounded
         loss = self.loss(self(batch[0], batch[1]), batch[2])
-        optimizer: torch.optim.Optimizer = self.optimizers(use_pl_optimizer=False)  # type: ignore[assignment]
         with torch.autocast(self.device.type, enabled=False):
-            optimizer.zero_grad()
-            self.manual_backward(loss)
+            self.optimizer.zero_grad()
+            self.manual_backward(loss * self.members)  # of which each member has its own part
             self.clip()
-            optimizer.step()
+            self.optimizer.step()
         self.taken += 1
         self.mean += (loss.detach() - self.mean) / self.taken
         self.lost += (~torch.isfinite(loss) & (self.lost == 0)) * self.taken
@@ -146,6 +150,12 @@ class FrameRegression(L.LightningModule):
     def clip(self) -> None:
         """Scale gradients whose norm is too large; on the processor others are not touched, which saves a pass."""
         grads = [p.grad for p in self.parameters() if p.grad is not None]
+        if self.members > 1:
+            norms = torch.stack([torch.linalg.vector_norm(g.flatten(1), dim=1) for g in grads])
+            shrink = (self.settings.clip / (torch.linalg.vector_norm(norms, dim=0) + 1e-6)).clamp(max=1)
+            for grad in grads:
+                grad.mul_(shrink.view(-1, *[1] * (grad.ndim - 1)))
+            return
         shrink = self.settings.clip / (nn.utils.get_total_norm(grads) + 1e-6)
         if shrink.device.type != "cpu" or shrink < 1:
             torch._foreach_mul_(grads, shrink.clamp(max=1))

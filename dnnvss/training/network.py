@@ -15,6 +15,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.labels import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.models import Example, Prediction, VisualModel
 from dnnvss.models.base import pooled
+from dnnvss.models.stacked import StackedNetworks
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.refine import Clip, Join, refine
@@ -63,13 +64,28 @@ class NetworkModel(VisualModel):
         self.mean_, self.deviation_ = frames.mean(0), np.maximum(frames.std(0), 1e-8)
         self.scaler_ = NumericScaler.fit(_store(train))
         self.networks_: list[nn.Module] = []
-        for k in range(self.members):
+        sizes = {"streams": self.mean_.shape[0], "dimensions": self.mean_.shape[1]}
+        if self.settings.together and self.members > 1:
+            for k in range(self.members):
+                torch.manual_seed(self.settings.seed + k)
+                self.networks_.append(self._new_network())
+            stack = StackedNetworks(self.networks_)
+
+            def preview(example: Example) -> Prediction:
+                stack.unstack(self.networks_)
+                return self.predict(example)
+
+            run_fit(stack, self._batches(train, self.settings.seed, self.members),
+                    self._batches(val, members=self.members), self.settings, **sizes, folder=folder,
+                    preview=(val[0], preview))
+            stack.unstack(self.networks_)
+        for k in range(len(self.networks_), self.members):
             settings = replace(self.settings, seed=self.settings.seed + k)
             torch.manual_seed(settings.seed)
             self.networks_.append(network := self._new_network())
-            run_fit(network, self._batches(train, settings.seed), self._batches(val), settings,
-                    streams=self.mean_.shape[0], dimensions=self.mean_.shape[1],
+            run_fit(network, self._batches(train, settings.seed), self._batches(val), settings, **sizes,
                     folder=folder / f"member_{k + 1}" if k else folder, preview=(val[0], self.predict))
+        for network in self.networks_:
             network.eval()
         self._fit_variance(val)
 
@@ -143,7 +159,7 @@ class NetworkModel(VisualModel):
         return self.build(binary=self.table.binary_width, numeric=self.table.numeric_width,
                           active=self.table.active_width, out=self.mean_.size * (2 if self.variances else 1))
 
-    def _batches(self, examples: Sequence[Example], seed: int | None = None) -> FrameBatches:
+    def _batches(self, examples: Sequence[Example], seed: int | None = None, members: int = 1) -> FrameBatches:
         targets = np.concatenate([(e.targets - self.mean_) / self.deviation_ for e in examples])
         valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
         s = self.settings
@@ -152,7 +168,8 @@ class NetworkModel(VisualModel):
             drawn = (s.batch_size, s.share, seed)
         others = min(len(e.alternatives) for e in examples) if seed is not None else 0
         return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(targets), -1).astype(np.float32),
-                            np.flatnonzero(valid), *drawn, alternatives=[_store(examples, k) for k in range(others)])
+                            np.flatnonzero(valid), *drawn, members,
+                            alternatives=[_store(examples, k) for k in range(others)])
 
     def _clip(self, e: Example) -> Clip:
         frames = np.arange(len(e.codes))

@@ -30,6 +30,8 @@ class FitSettings:
         stream_weights: weight of static, delta and delta-delta in the loss.
         clip: largest norm of the gradient.
         average: decay of the exponential average of the weights that is kept as the result; 0 keeps the last.
+        together: train the members of a model in one pass, their matrices stacked, which suits small networks on a GPU.
+            They share the best epoch, that of the least mean error, and the end of the fit.
         precision: ``32-true``, ``bf16-mixed``, or ``auto`` for bf16 where the device multiplies it in hardware.
         graph: on a GPU that works alone, record a step and replay it; the results are the same.
         compile: let torch.compile write kernels for the network; needs Triton on a GPU, a C++ compiler without.
@@ -61,6 +63,7 @@ class FitSettings:
     stream_weights: tuple[float, ...] = (1.0, 0.5, 0.1)
     clip: float = 1.0
     average: float = 0.0
+    together: bool = False
     precision: str = "32-true"
     graph: bool = True
     compile: bool = False

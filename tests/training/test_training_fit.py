@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import CLOCK, TABLE
+from torch import nn
 
 from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, FeedForward
@@ -194,3 +195,27 @@ def test_checkpoint_holds_plain_containers(examples: dict[str, list[Example]], t
 def test_settings_refuse_nonsense(wrong: dict) -> None:
     with pytest.raises(DnnvssError, match=f"trainer.{next(iter(wrong))}"):
         FitSettings(**wrong)
+
+
+@pytest.mark.parametrize("wanted", [{}, {"optimizer": "sgd", "learning_rate": 0.1, "clip": 0.2}])
+def test_members_trained_together_are_those_trained_apart(wanted: dict, examples: dict[str, list[Example]],
+                                                          tmp_path: Path) -> None:
+    """Weights, batches and clipping of each member are its own."""
+    apart = replace(SETTINGS, epochs=2, **wanted)
+    models = [NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings, members=3)
+              for settings in (apart, replace(apart, together=True))]
+    for name, model in zip(("apart", "together"), models, strict=True):
+        model.fit(examples["train"], examples["val"], tmp_path / name)
+    for one, other in zip(*(model.networks_ for model in models), strict=True):
+        for key, value in one.state_dict().items():
+            np.testing.assert_allclose(other.state_dict()[key], value, atol=2e-5, err_msg=key)
+    np.testing.assert_allclose(models[1].variance_, models[0].variance_, rtol=1e-3)
+
+
+def test_only_feed_forward_networks_are_trained_together(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    def other(**sizes: int) -> nn.Module:
+        return nn.Linear(2, 2)
+
+    model = NetworkModel(TABLE, CLOCK, other, replace(SETTINGS, together=True), members=2)
+    with pytest.raises(DnnvssError, match=r"trainer\.together"):
+        model.fit(examples["train"], examples["val"], tmp_path)
