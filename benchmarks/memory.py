@@ -2,10 +2,10 @@
 
     OMP_NUM_THREADS=1 python benchmarks/memory.py [--hours 14]
 
-A child process makes a synthetic store of that size and its normalised targets, and saves both. Then this process opens
-them, mapped from disk, and trains the default network with Lightning. Printed are the size on disk beside that of dense
-float32 features, the time to open, the memory of the process and of a second one that has the same store open, and the
-share of a step that drawing a batch takes, for the default network and the paper's.
+A child process makes a synthetic store of that size and its normalised targets, and saves both. Then others open them,
+mapped from disk, and train the default network and the paper's with Lightning. Printed are the size on disk beside that
+of dense float32 features, the time to open, the memory of a process that has the same store open and of those that
+train, and the share of a step that drawing a batch takes.
 """
 
 import argparse
@@ -24,8 +24,6 @@ from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, random_
 
 from dnnvss.labels import CodeStore
 from dnnvss.training.batches import FrameBatches
-
-BATCH = 512
 
 
 def make(folder: Path, frames: int) -> None:
@@ -83,6 +81,16 @@ def drawing(batches: FrameBatches) -> float:
     return float(np.median(times)) + order / len(batches)
 
 
+def trained(folder: Path, job: Job) -> None:
+    """Print what training takes, in a process of its own."""
+    store, targets = CodeStore.open(folder / "codes"), np.load(folder / "targets.npy", mmap_mode="c")
+    batches = drawn(job, store, targets)
+    step, memory, spent = ours(job, batches, new_network(job, store.table))(), resident(), drawing(batches)
+    print(f"{' x '.join(map(str, job.hidden))}, batch {job.batch}: drawing {1e3 * spent:.2f} of {1e3 * step:.0f} ms "
+          f"({100 * spent / step:.1f} %); memory of the process {memory['own']:.0f} MB, mapped files "
+          f"{memory['mapped files']:.0f} MB", flush=True)
+
+
 def main() -> None:
     """Print what was measured."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -100,15 +108,9 @@ def main() -> None:
         print(f"{len(store):,} frames x {store.table.width} columns: {size:.0f} MB on disk, dense float32 {dense:,.0f} "
               f"MB, ratio {dense / size:.0f}")
         child(partial(opened, folder, report=False))  # type: ignore[arg-type]
-        targets = np.load(folder / "targets.npy", mmap_mode="c")
-        for hidden, batch, optimizer, dropout in (([512] * 3, BATCH, "adamw", 0.0), ([3000] * 3, 1024, "sgd", 0.5)):
-            job = Job(hidden, batch, optimizer, dropout)
-            batches = drawn(job, store, targets)
-            step, spent = ours(job, batches, new_network(job, store.table))(), drawing(batches)
-            memory = resident()
-            print(f"{' x '.join(map(str, hidden))}, batch {batch}: drawing {1e3 * spent:.2f} of {1e3 * step:.0f} ms "
-                  f"({100 * spent / step:.1f} %); memory of the process {memory['own']:.0f} MB, mapped files "
-                  f"{memory['mapped files']:.0f} MB", flush=True)
+        for job in (Job([512] * 3, 512, "adamw", 0.0), Job([3000] * 3, 100, "sgd", 0.5),
+                    Job([3000] * 3, 1024, "sgd", 0.5)):
+            child(partial(trained, folder, job))
 
 
 if __name__ == "__main__":
