@@ -5,17 +5,12 @@ from typing import Any
 import torch
 from torch import Tensor
 
-DENSE_FROM = 256
-"""Frames from which a processor with bf16 products (AMX, AVX512-BF16) multiplies sooner than it sums rows."""
 
+def multiplies(weight: Tensor) -> bool:
+    """Return whether a device does better with a dense product than with a sum of the rows of active columns.
 
-def multiplies(active: Tensor, weight: Tensor) -> bool:
-    """Return whether the device does better with a dense product than with a sum of the rows of active columns.
-
-    A GPU does; a processor where bf16 autocast is on and the batch is large, while there is something to learn.
+    GPUs do, the more so the larger the batch. Processors do not, not even one with bf16 products (AMX).
     """
-    if weight.device.type == "cpu":
-        return torch.is_autocast_enabled("cpu") and torch.is_grad_enabled() and active.shape[-2] >= DENSE_FROM
     return weight.device.type == "cuda"
 
 

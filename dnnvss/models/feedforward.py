@@ -47,7 +47,7 @@ class CodeLinear(nn.Module):
         """Return (B, out) for active column indices (B, A) and normalised numeric inputs (B, N)."""
         if self.training:
             active = left_out(active, self.dropout, self.weight.shape[0] - 1)
-        if multiplies(active, self.weight):
+        if multiplies(self.weight):
             return code_product(active, numeric, self.weight, self.numeric_weight, self.bias)
         return torch.addmm(code_sum(active, self.weight) + self.bias, numeric, self.numeric_weight)
 

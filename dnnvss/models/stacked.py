@@ -61,7 +61,7 @@ class StackedNetworks(nn.Module):
         weight, other, bias = self._stacked("first", "weight", "numeric_weight", "bias")
         if self.training:
             active = left_out(active, self.input_dropout, weight.shape[1] - 1)
-        if multiplies(active, weight):
+        if multiplies(weight):
             return code_product(active, numeric, weight, other, bias)
         sums = torch.stack([code_sum(a, w) for a, w in zip(active, weight.unbind(), strict=True)])
         return torch.baddbmm(sums + bias[:, None], numeric, other)

@@ -30,29 +30,32 @@ class GraphedStep:
 
     def __call__(self, batch: Batch) -> None:
         """Take a step; all batches have the shapes of the first."""
-        self.calls += 1
-        if self.calls <= _WARM:
-            side = torch.cuda.Stream()  # a recording must not meet work of the default stream
-            side.wait_stream(torch.cuda.current_stream())
-            with torch.cuda.stream(side):
-                self.step(batch)
-            torch.cuda.current_stream().wait_stream(side)
-            return
         if self.inputs is None:
-            self._record(batch)
-        assert self.inputs is not None
+            active, numeric, target = batch
+            self.inputs = active.clone(), numeric.clone(), target.clone()
         for ours, given in zip(self.inputs, batch, strict=True):
             ours.copy_(given)
-        for rate, group in zip(self.rates, self.optimizer.param_groups, strict=True):
-            rate.fill_(group["lr"])
-        self.graph.replay()
+        if self.calls < _WARM:
+            self._warm(self.inputs)
+        else:
+            if self.calls == _WARM:
+                self._record(self.inputs)
+            for rate, group in zip(self.rates, self.optimizer.param_groups, strict=True):
+                rate.fill_(group["lr"])
+            self.graph.replay()
+        self.calls += 1
 
-    def _record(self, batch: Batch) -> None:
-        active, numeric, target = batch
-        self.inputs = active.clone(), numeric.clone(), target.clone()
-        self.rates = [torch.zeros((), device=target.device) for _ in self.optimizer.param_groups]
+    def _warm(self, inputs: Batch) -> None:
+        side = torch.cuda.Stream()  # a recording must not meet work of the default stream
+        side.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(side):
+            self.step(inputs)
+        torch.cuda.current_stream().wait_stream(side)
+
+    def _record(self, inputs: Batch) -> None:
+        self.rates = [torch.zeros((), device=inputs[-1].device) for _ in self.optimizer.param_groups]
         with _recordable(self.optimizer, self.rates), torch.cuda.graph(self.graph):
-            self.step(self.inputs)
+            self.step(inputs)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from dnnvss.models.code_product import DENSE_FROM, code_product
+from dnnvss.models.code_product import code_product
 from dnnvss.models.code_sum import by_column, code_sum
 from dnnvss.models.feedforward import CodeLinear
 
@@ -55,18 +55,30 @@ def test_product_and_gradients_equal_torchs_layers(numbers: int) -> None:
         torch.testing.assert_close(mine.grad, expected.grad)  # the row of padding has none
 
 
-def test_a_large_batch_in_bf16_is_multiplied_and_close_to_the_sum() -> None:
+def test_stacked_products_are_those_of_each_layer_alone() -> None:
+    active = torch.stack([codes(np.random.default_rng(seed)) for seed in range(2)])
+    numeric, weight, other, bias = (torch.randn(2, *shape).double() for shape in
+                                    ((FRAMES, 3), (ROWS + 1, UNITS), (3, UNITS), (UNITS,)))
+    ours = [w.clone().requires_grad_() for w in (weight, other, bias)]
+    together = code_product(active, numeric, *ours)
+    together.square().sum().backward()
+    for k in range(2):
+        alone = [w[k].clone().requires_grad_() for w in (weight, other, bias)]
+        value = code_product(active[k], numeric[k], *alone)
+        value.square().sum().backward()
+        torch.testing.assert_close(together[k], value)
+        for mine, expected in zip(ours, alone, strict=True):
+            torch.testing.assert_close(mine.grad[k], expected.grad)
+
+
+def test_products_in_bf16_are_close_to_the_sum() -> None:
     layer = CodeLinear(ROWS, 2, 16)
     layer.reset(SLOTS)
-    active = codes(np.random.default_rng(2)).repeat(-(-DENSE_FROM // FRAMES), 1)
-    numeric = torch.randn(len(active), 2)
-    exact = layer(active, numeric)
+    active, numeric = codes(np.random.default_rng(2)), torch.randn(FRAMES, 2)
     with torch.autocast("cpu", torch.bfloat16):
-        rounded = layer(active, numeric)
-        few = layer(active[: DENSE_FROM - 1], numeric[: DENSE_FROM - 1])
-    assert rounded.dtype == torch.bfloat16 and "CodeProduct" in rounded.grad_fn.name()
-    assert "CodeProduct" not in few.grad_fn.name()
-    torch.testing.assert_close(rounded.float(), exact, rtol=0.02, atol=0.02)
+        rounded = code_product(active, numeric, layer.weight, layer.numeric_weight, layer.bias)
+    assert rounded.dtype == torch.bfloat16
+    torch.testing.assert_close(rounded.float(), layer(active, numeric), rtol=0.02, atol=0.02)
 
 
 @pytest.mark.parametrize("columns", [3, 70000])
