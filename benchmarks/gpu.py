@@ -21,15 +21,19 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import lightning as L
 import numpy as np
 import torch
+from lightning.pytorch.callbacks import Callback
 from synthetic import all_features, synthetic_store
-from training import Job, drawn, new_network, ours, peer, product_rate, random_targets
+from torch.utils.data import DataLoader
+from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, peer, product_rate, random_targets
 
 from dnnvss.labels import CodeStore, FeatureTable
 from dnnvss.models import feedforward
 from dnnvss.models.stacked import StackedNetworks
-from dnnvss.training.batches import FrameBatches
+from dnnvss.training.batches import Blocks, FrameBatches
+from dnnvss.training.module import FrameRegression
 from dnnvss.training.precision import has_bf16
 
 DENSE_FRAMES = 12_000  # of the peer's file
@@ -70,6 +74,31 @@ def first_layer(store: CodeStore, batch: int, units: int, device: str, bf16: boo
     product = milliseconds(both, device)
     with rows_summed():
         return milliseconds(both, device), product
+
+
+class Epochs(Callback):
+    """Keeps the seconds of each epoch, from the drawing of its order to its last step."""
+
+    def __init__(self) -> None:
+        self.seconds: list[float] = []
+
+    def on_train_epoch_start(self, *rest: object) -> None:
+        self.start = time.perf_counter()
+
+    def on_train_epoch_end(self, *rest: object) -> None:
+        torch.cuda.synchronize()
+        self.seconds.append(time.perf_counter() - self.start)
+
+
+def whole_epoch(job: Job, batches: FrameBatches, table: FeatureTable, precision: str) -> float:
+    """Return the seconds of the second of two epochs."""
+    module = FrameRegression(new_network(job, table), job.settings, STREAMS, DIMENSIONS)
+    epochs = Epochs()
+    trainer = L.Trainer(accelerator="gpu", devices=1, max_epochs=2, precision=precision,  # type: ignore[arg-type]
+                        callbacks=[epochs], logger=False, enable_checkpointing=False, enable_progress_bar=False,
+                        enable_model_summary=False)
+    trainer.fit(module, DataLoader(Blocks(batches), batch_size=None))
+    return epochs.seconds[1]
 
 
 def stacked(table: FeatureTable, batches: FrameBatches, device: str, precision: str) -> None:
@@ -125,6 +154,9 @@ def main() -> None:
             line("float32", fit(precision="32-true"))
             if arguments.device == "cuda":
                 line("torch.compile within the graph", fit(replace(job, compile=True)))
+                if batch == max(arguments.batches):
+                    seconds = whole_epoch(job, batches, store.table, precision)
+                    print(f"batch {batch}, as train.py does it: a whole epoch took {seconds:.1f} s", flush=True)
             dense = synthetic_store(all_features(), DENSE_FRAMES)
             line("dense pipeline, float32", peer(job, dense, random_targets(len(dense)), Path(folder))())
             summed, product = first_layer(store, batch, arguments.hidden[0], arguments.device, bf16)

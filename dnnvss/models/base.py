@@ -86,3 +86,15 @@ class VisualModel(ABC):
 def pooled(examples: Sequence[Example]) -> np.ndarray:
     """Return the targets of all valid frames, shape (frames, W, D)."""
     return np.concatenate([e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None])
+
+
+def moments(examples: Sequence[Example]) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and standard deviation of the targets over all valid frames, both (W, D) float32.
+
+    Utterance by utterance: a large corpus is never copied.
+    """
+    parts = [e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None]
+    count = sum(len(part) for part in parts)
+    mean = sum(part.sum(0, dtype=np.float64) for part in parts) / count
+    square = sum(((part - mean) ** 2).sum(0) for part in parts) / count
+    return mean.astype(np.float32), np.sqrt(square).astype(np.float32)

@@ -23,6 +23,7 @@ from dnnvss.pipeline.style import Generator
 from dnnvss.pipeline.units import UnitModel
 from dnnvss.timing import FrameClock
 from dnnvss.training.network import load_checkpoint, save_checkpoint
+from dnnvss.training.precision import resolve
 from dnnvss.training.settings import SHARING
 from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2, Talker
 from dnnvss.visemes import TIER
@@ -48,10 +49,11 @@ def run_name(config: DictConfig, fingerprint: str) -> str:
     return "-".join(p for p in parts if p)
 
 
-def provenance(fingerprint: str) -> dict[str, Any]:
-    """Return versions of the code and its main dependencies, and the fingerprint of the data."""
+def provenance(config: DictConfig, fingerprint: str) -> dict[str, Any]:
+    """Return versions of the code and its main dependencies, the fingerprint of the data, and the number format."""
     versions = {name: metadata.version(name) for name in _PACKAGES}
-    return {"dnnvss": __version__, "python": platform.python_version(), "packages": versions, "corpus": fingerprint}
+    return {"dnnvss": __version__, "python": platform.python_version(), "packages": versions, "corpus": fingerprint,
+            "precision": resolve(config.trainer.precision, config.trainer.accelerator)}
 
 
 @dataclass(frozen=True)

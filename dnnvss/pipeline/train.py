@@ -43,7 +43,7 @@ def train(config: DictConfig) -> float:
         return float(files.read_json(folder / "metrics.json")["headline"])
     folder.mkdir(parents=True, exist_ok=True)
     files.write_text(folder / "config.yaml", OmegaConf.to_yaml(config, resolve=True))
-    files.write_json(folder / "run.json", provenance(corpus.fingerprint))
+    files.write_json(folder / "run.json", provenance(config, corpus.fingerprint))
 
     with joblib.parallel_config(backend="loky", n_jobs=config.jobs):
         encoded = encode_with_aam(corpus, config)

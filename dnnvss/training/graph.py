@@ -66,6 +66,8 @@ def _recordable(optimizer: torch.optim.Optimizer, rates: list[Tensor]) -> Iterat
         group["lr"] = rate
         if "capturable" in group:
             group["capturable"] = True
-    yield
-    for group, before in zip(optimizer.param_groups, kept, strict=True):
-        group.update(before)
+    try:
+        yield
+    finally:
+        for group, before in zip(optimizer.param_groups, kept, strict=True):
+            group.update(before)

@@ -14,7 +14,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.labels import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.models import Example, Prediction, VisualModel
-from dnnvss.models.base import pooled
+from dnnvss.models.base import moments
 from dnnvss.models.stacked import StackedNetworks
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
@@ -60,8 +60,8 @@ class NetworkModel(VisualModel):
         """
         from dnnvss.training.fit import run_fit
 
-        frames = pooled(train)
-        self.mean_, self.deviation_ = frames.mean(0), np.maximum(frames.std(0), 1e-8)
+        self.mean_, deviation = moments(train)
+        self.deviation_ = np.maximum(deviation, 1e-8)
         self.scaler_ = NumericScaler.fit(_store(train))
         self.networks_: list[nn.Module] = []
         sizes = {"streams": self.mean_.shape[0], "dimensions": self.mean_.shape[1]}
@@ -160,15 +160,16 @@ class NetworkModel(VisualModel):
                           active=self.table.active_width, out=self.mean_.size * (2 if self.variances else 1))
 
     def _batches(self, examples: Sequence[Example], seed: int | None = None, members: int = 1) -> FrameBatches:
-        targets = np.concatenate([(e.targets - self.mean_) / self.deviation_ for e in examples])
+        targets = np.empty((sum(len(e.codes) for e in examples), self.mean_.size), np.float32)
+        for e, rows in zip(examples, np.split(targets, np.cumsum([len(e.codes) for e in examples])[:-1]), strict=True):
+            rows[:] = ((e.targets - self.mean_) / self.deviation_).reshape(rows.shape)
         valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
         s = self.settings
         drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
         if seed is not None:
             drawn = (s.batch_size, s.share, seed)
         others = min(len(e.alternatives) for e in examples) if seed is not None else 0
-        return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(targets), -1).astype(np.float32),
-                            np.flatnonzero(valid), *drawn, members,
+        return FrameBatches(_store(examples), self.scaler_, targets, np.flatnonzero(valid), *drawn, members,
                             alternatives=[_store(examples, k) for k in range(others)])
 
     def _clip(self, e: Example) -> Clip:

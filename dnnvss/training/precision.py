@@ -1,5 +1,7 @@
 """Which number format a fit uses."""
 
+import platform
+
 import torch
 
 from dnnvss.errors import DnnvssError
@@ -11,7 +13,9 @@ def has_bf16(device: str = "cpu") -> bool:
     On a processor without it torch has no good kernel: 6 to 200 times as slow as float32 (measured, AVX2).
     """
     if device == "cpu":
-        return bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
+        native = platform.machine() not in ("x86_64", "AMD64") or (  # others with AVX-512 are supported and no faster
+            torch.cpu._is_avx512_bf16_supported() or torch.cpu._is_amx_tile_supported())
+        return native and bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
     return torch.cuda.is_bf16_supported(including_emulation=False)
 
 

@@ -1,10 +1,12 @@
 """Run by a test as a program: fits a small network, alone or shared by processes; the first writes its weights.
 
-``python shared_fit.py FOLDER DEVICES``; with more devices than one Lightning starts this program again for each.
+``python shared_fit.py FOLDER DEVICES``; with more devices than one Lightning starts this program again for each. With
+a third argument the second process meets a loss that is no number in the only step of the epoch.
 """
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from conftest import CLOCK, TABLE, make_example
 
+from dnnvss.errors import DnnvssError
 from dnnvss.models import FeedForward
 from dnnvss.training import FitSettings, NetworkModel
 from dnnvss.training.batches import Batch, FrameBatches
@@ -31,17 +34,22 @@ class Noted(FrameBatches):
         return super().draw(batches, first)
 
 
-def main(folder: Path, devices: int) -> None:
+def main(folder: Path, devices: int, spoilt: bool) -> None:
     """Fit and write."""
     import dnnvss.training.network
 
     dnnvss.training.network.FrameBatches = Noted
     rng = np.random.default_rng(1)
     train, val = ([make_example(f"{name}{i}", rng) for i in range(count)] for name, count in (("train", 4), ("val", 2)))
-    settings = FitSettings(epochs=2, batch_size=32, share=1.0, progress=False, figure_every=0, accelerator="cpu",
-                           devices=devices, strategy="ddp" if devices > 1 else "auto", schedule="constant")
+    if spoilt and process_number() == 1:
+        train = [replace(e, targets=e.targets * np.nan) for e in train]
+    settings = FitSettings(epochs=2, batch_size=1000 if spoilt else 32, share=1.0, progress=False,
+                           figure_every=0, accelerator="cpu", devices=devices, strategy="ddp" if devices > 1 else "auto", schedule="constant")
     model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings)
-    model.fit(train, val, folder)
+    try:
+        model.fit(train, val, folder)
+    except DnnvssError as error:
+        sys.exit(f"process {process_number()}: {error}")
     (folder / f"drawn{process_number()}.txt").write_text(" ".join(map(str, Noted.drawn)))
     if process_number() == 0:
         np.save(folder / "weights.npy", np.concatenate([p.detach().numpy().ravel()
@@ -50,4 +58,4 @@ def main(folder: Path, devices: int) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), int(sys.argv[2]))
+    main(Path(sys.argv[1]), int(sys.argv[2]), len(sys.argv) > 3)

@@ -147,11 +147,20 @@ def test_two_processes_share_every_batch_and_end_with_the_weights_of_one(tmp_pat
     np.testing.assert_allclose(two, one, rtol=1e-3)
 
 
-def program(arguments: list[object]) -> None:
-    """Run a program of the tests."""
+@pytest.mark.slow
+def test_processes_end_together_if_one_of_them_diverges(tmp_path: Path) -> None:
+    said = program([Path(__file__).with_name("shared_fit.py"), tmp_path, 2, "spoilt"], expected=1)
+    for number in range(2):
+        assert f"process {number}: training diverged: the loss of batch 0 in epoch 0" in said, said[-3000:]
+    assert not (tmp_path / "checkpoints").exists()
+
+
+def program(arguments: list[object], expected: int = 0) -> str:
+    """Run a program of the tests and return what it says on standard error."""
     done = subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True, check=False,
                           env={**os.environ, "OMP_NUM_THREADS": "1"})
-    assert done.returncode == 0, done.stderr[-3000:]
+    assert done.returncode == expected, done.stderr[-3000:]
+    return done.stderr
 
 
 def test_a_batch_that_processes_cannot_share_evenly_is_refused(examples: dict[str, list[Example]],
