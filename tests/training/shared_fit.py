@@ -44,7 +44,8 @@ def main(folder: Path, devices: int, spoilt: bool) -> None:
     if spoilt and process_number() == 1:
         train = [replace(e, targets=e.targets * np.nan) for e in train]
     settings = FitSettings(epochs=2, batch_size=1000 if spoilt else 32, share=1.0, progress=False,
-                           figure_every=0, accelerator="cpu", devices=devices, strategy="ddp" if devices > 1 else "auto", schedule="constant")
+                           figure_every=0, accelerator="cpu", devices=devices, schedule="constant",
+                           strategy="ddp" if devices > 1 else "auto")
     model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings)
     try:
         model.fit(train, val, folder)
