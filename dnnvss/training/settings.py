@@ -7,7 +7,7 @@ from dnnvss.errors import DnnvssError
 LOG_VARIANCE = (-7.0, 3.0)
 """Range of predicted log variances, where 0 is the variance of the training frames."""
 
-SHARING = ("nodes", "strategy", "graph", "compile")
+SHARING = ("nodes", "strategy", "graph")
 """Settings that share a fit out or speed it up and do not change what comes of it."""
 
 

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -228,3 +229,17 @@ def test_only_feed_forward_networks_are_trained_together(examples: dict[str, lis
     model = NetworkModel(TABLE, CLOCK, other, replace(SETTINGS, together=True), members=2)
     with pytest.raises(DnnvssError, match=r"trainer\.together"):
         model.fit(examples["train"], examples["val"], tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("g++") is None, reason="torch.compile needs a C++ compiler (g++)")
+@pytest.mark.filterwarnings("ignore")  # of the compiler
+def test_compiled_steps_are_those_that_are_not(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    """Without dropout, whose masks a compiled network draws for itself."""
+    found = []
+    for wanted in (False, True):
+        model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]),
+                             replace(SETTINGS, epochs=2, compile=wanted))
+        model.fit(examples["train"], examples["val"], tmp_path / str(wanted))
+        found.append(weights(model))
+    np.testing.assert_allclose(found[1], found[0], atol=1e-4)
