@@ -95,15 +95,16 @@ class FrameRegression(L.LightningModule):
 
     def training_step(self, block: Sequence[Batch], index: int) -> None:
         """Take a step with each batch; a loss that is not finite ends the fit with the settings that caused it."""
-        schedule, progress = self.lr_schedulers(), self.trainer.fit_loop.epoch_loop.manual_optimization
+        schedule = self.lr_schedulers()
+        counted = self.trainer.fit_loop.epoch_loop.manual_optimization.optim_step_progress  # which is ``global_step``
         for batch in block:
             self._seed()
             self.take(batch)
             if self.average is not None:
                 self._follow(self.average)
             schedule.step()  # type: ignore[union-attr]
-            progress.optim_step_progress.increment_ready()
-            progress.optim_step_progress.increment_completed()
+            counted.increment_ready()
+            counted.increment_completed()
         if lost := int(self.trainer.strategy.reduce(self.lost.clone(), reduce_op="max")):
             raise self.settings.diverged(f"the loss of batch {lost - 1} in epoch {self.current_epoch}", float("nan"))
 
