@@ -3,7 +3,7 @@
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -59,6 +59,32 @@ def write_arrays(path: str | Path, **arrays: Any) -> Path:
     with replacing(path) as temporary:
         np.savez(temporary, **arrays)
     return Path(path)
+
+
+def mapped(parts: Iterable[np.ndarray], folder: str | Path) -> np.ndarray:
+    """Return arrays (N, ...) joined along their first axis, mapped from a file without a name in ``folder``.
+
+    They are written as they come, so that one of them at a time need be in memory; afterwards the system keeps what is
+    used and may drop the rest. The file is gone when the array is.
+
+    Raises:
+        DnnvssError: the disk is full or the folder cannot be written.
+    """
+    rows, shape, dtype = 0, (0,), np.dtype(np.float32)
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            for part in parts:
+                file.write(np.ascontiguousarray(part).data)
+                rows, shape, dtype = rows + len(part), part.shape[1:], part.dtype
+            file.flush()
+            if not rows:
+                return np.zeros((0, *shape), dtype)
+            # A plain view of the map: the subclass np.memmap makes each small index slower.
+            return np.asarray(np.memmap(file, dtype, "r+", shape=(rows, *shape)))
+    except OSError as error:
+        raise DnnvssError(f"cannot hold {rows} rows and more ({error.strerror or error})", file=Path(folder),
+                          remedy="Free some space or choose another folder") from error
 
 
 def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:

@@ -1,5 +1,6 @@
 """What the fills read: a batch of frames and the label arrays, NumPy or torch, by indexing and arithmetic alone."""
 
+import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -98,12 +99,15 @@ class View:
     @cached_property
     def phone(self) -> Track:
         """The tier of phones."""
-        return Track(self, "phone")
+        return self._tier("phone")
 
     @cached_property
     def viseme(self) -> Track:
         """The tier of dynamic visemes."""
-        return Track(self, "viseme")
+        return self._tier("viseme")
+
+    def _tier(self, name: str) -> Track:
+        return Track(weakref.proxy(self), name)  # no circle: a batch's arrays are gone with its view
 
     def track(self, name: str) -> Track:
         """Return the tier ``phone`` or ``viseme``."""

@@ -1,7 +1,7 @@
 """What every system offers: fit on examples, predict the streams of one."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -85,7 +85,12 @@ class VisualModel(ABC):
 
 def pooled(examples: Sequence[Example]) -> np.ndarray:
     """Return the targets of all valid frames, shape (frames, W, D)."""
-    return np.concatenate([e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None])
+    return np.concatenate(list(_valid(examples)))
+
+
+def _valid(examples: Sequence[Example]) -> Iterator[np.ndarray]:
+    """Return the targets of each utterance's valid frames."""
+    return (e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None)
 
 
 def moments(examples: Sequence[Example]) -> tuple[np.ndarray, np.ndarray]:
@@ -93,8 +98,7 @@ def moments(examples: Sequence[Example]) -> tuple[np.ndarray, np.ndarray]:
 
     Utterance by utterance: a large corpus is never copied.
     """
-    parts = [e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None]
-    count = sum(len(part) for part in parts)
-    mean = sum(part.sum(0, dtype=np.float64) for part in parts) / count
-    square = sum(((part - mean) ** 2).sum(0) for part in parts) / count
+    count = sum(len(part) for part in _valid(examples))
+    mean = sum(part.sum(0, dtype=np.float64) for part in _valid(examples)) / count
+    square = sum(((part - mean) ** 2).sum(0) for part in _valid(examples)) / count
     return mean.astype(np.float32), np.sqrt(square).astype(np.float32)

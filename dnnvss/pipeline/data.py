@@ -1,10 +1,12 @@
 """From a prepared corpus to the examples that models see."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from dnnvss import files
 from dnnvss.aam import EncodedCorpus
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.labels import FeatureTable, encode
@@ -57,17 +59,44 @@ class Task:
 
 
 def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,
-                   visemes: Mapping[str, Sequence[Tier]] | None = None) -> dict[str, list[Example]]:
-    """Return the examples of ``train``, ``val`` and ``test``; ``visemes`` are the tiers of each utterance, by id."""
-    return {name: make_examples(task, corpus.split(name, variant), encoded, visemes) for name in SPLITS}
+                   visemes: Mapping[str, Sequence[Tier]] | None = None,
+                   scratch: Path | None = None) -> dict[str, list[Example]]:
+    """Return the examples of ``train``, ``val`` and ``test``.
+
+    Args:
+        task: what the examples are for.
+        corpus, encoded: utterances and their parameters.
+        variant: of the split.
+        visemes: the tiers of each utterance, by id.
+        scratch: folder of a file without a name from which the targets are mapped, so that a corpus of many hours does
+            not fill the memory; in memory if left out.
+    """
+    return {name: _in(scratch, make_examples(task, corpus.split(name, variant), encoded, visemes)) for name in SPLITS}
+
+
+def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:
+    if scratch is None:
+        return list(examples)
+    bare: list[Example] = []
+
+    def targets() -> Iterator[np.ndarray]:
+        for example in examples:
+            bare.append(replace(example, targets=None))
+            assert example.targets is not None
+            yield example.targets
+
+    whole = files.mapped(targets(), scratch)
+    ends = np.cumsum([len(e.codes) for e in bare])
+    return [replace(e, targets=whole[end - len(e.codes) : end]) for e, end in zip(bare, ends, strict=True)]
 
 
 def make_examples(task: Task, utterances: Sequence[Utterance], encoded: EncodedCorpus,
-                  visemes: Mapping[str, Sequence[Tier]] | None = None) -> list[Example]:
-    """Return the examples of utterances, without those that were not encoded."""
-    codes = {u.id: encoded.clip(u.id) for u in utterances if u.id not in encoded.dropped}
-    return [task.example(u, codes[u.id].parameters, codes[u.id].valid, visemes[u.id] if visemes else ())
-            for u in utterances if u.id in codes]
+                  visemes: Mapping[str, Sequence[Tier]] | None = None) -> Iterator[Example]:
+    """Return the examples of utterances, one after the other, without those that were not encoded."""
+    for u in utterances:
+        if u.id not in encoded.dropped:
+            clip = encoded.clip(u.id)
+            yield task.example(u, clip.parameters, clip.valid, visemes[u.id] if visemes else ())
 
 
 def word_frames(alignment: Alignment, clock: FrameClock, known: Collection[str]) -> np.ndarray:

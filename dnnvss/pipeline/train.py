@@ -51,7 +51,7 @@ def train(config: DictConfig) -> float:
     plan = UnitPlan.from_config(config.visemes) if task.table.uses_visemes else None
     units = corpus_units(corpus, encoded, config.corpus.split, task.clock, plan) if plan else None
     visemes = units.tiers(plan, encoded.splits["train"]) if plan and units else None
-    examples = split_examples(task, corpus, encoded, config.corpus.split, visemes)
+    examples = split_examples(task, corpus, encoded, config.corpus.split, visemes, scratch=folder)
     model = make_model(config, task)
     print(f"training {config.model.name} on {len(examples['train'])} utterances; TensorBoard: {folder}/tensorboard")
     model.fit(examples["train"], examples["val"], folder)
@@ -69,7 +69,7 @@ def train(config: DictConfig) -> float:
     others = {}
     if plan and units:
         source, tiers = units.other_source(plan)
-        others = {source: make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers)}
+        others = {source: list(make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers))}
     talker = learn_talker(task, model, examples, encoded.model)
     talker.save(folder / "talker.npz")
     style = make_style(config.style, encoded.model.names)

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.ndimage
-import scipy.signal
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
@@ -170,11 +169,13 @@ def _noise(pieces: list[_Piece], times: np.ndarray, voicing: np.ndarray, opening
 
 def _shaped(noise: np.ndarray, name: str, rate: int) -> np.ndarray:
     """Return noise (n,) with the spectrum of that name, at a root mean square of about 1."""
+    from scipy.signal import iirpeak, lfilter  # slow to import, and needed by this voice alone
+
     bands = [(f, width, gain) for f, width, gain in NOISES[name] if f < 0.46 * rate]
     out = np.zeros(len(noise))
     for f, width, gain in bands or [(0.4 * rate, 1000.0, 0.5)]:
-        b, a = scipy.signal.iirpeak(f, f / width, fs=rate)
-        band = scipy.signal.lfilter(b, a, noise)
+        b, a = iirpeak(f, f / width, fs=rate)
+        band = lfilter(b, a, noise)
         out += gain * band / np.sqrt(2 * width / rate)
     return out
 
@@ -206,6 +207,8 @@ def _voice(pitch: np.ndarray, rate: int, rng: np.random.Generator) -> tuple[np.n
 
     **Source**: the polynomial pulse of Rosenberg (J. Acoust. Soc. Am. 49(2B), 1971), open for 60 % of the period.
     """
+    from scipy.signal import resample_poly
+
     fine = 4  # the pulse's sharp edge is made at four times the rate and then filtered, else it would alias
     phase = np.cumsum(np.repeat(pitch, fine)) / (rate * fine)
     cycle = np.floor(phase).astype(int)
@@ -213,7 +216,7 @@ def _voice(pitch: np.ndarray, rate: int, rng: np.random.Generator) -> tuple[np.n
     x = (phase - cycle) / 0.6
     flow = np.where(x < 1, 6.75 * x**2 * (1 - x), 0.0)
     slope = np.where(x < 1, x * (2 - 3 * x), 0.0) * strength[cycle]
-    pulses = scipy.signal.resample_poly(slope, 1, fine)
+    pulses = resample_poly(slope, 1, fine)
     return pulses[: len(pitch)], flow[::fine]
 
 
@@ -285,6 +288,8 @@ def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) 
 
 def _filtered(source: np.ndarray, pieces: list[_Piece], start: float, rate: int, shift: float) -> np.ndarray:
     """Return the source (n,) after the vocal tract, whose filters change every few milliseconds."""
+    from scipy.signal import sosfilt
+
     block = round(_STEP * rate)
     blocks = -(-len(source) // block)
     sections = _sections(pieces, start + (np.arange(blocks) + 0.5) * block / rate, rate, shift)
@@ -294,7 +299,7 @@ def _filtered(source: np.ndarray, pieces: list[_Piece], start: float, rate: int,
         part = slice(i * block, (i + 1) * block)
         if i:
             state = _carried(state, sections[i - 1], sections[i])
-        out[part], state = scipy.signal.sosfilt(sections[i], source[part], zi=state)
+        out[part], state = sosfilt(sections[i], source[part], zi=state)
     return out
 
 

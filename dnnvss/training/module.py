@@ -113,10 +113,10 @@ class FrameRegression(L.LightningModule):
         torch.clear_autocast_cache()  # which holds the weights of the step before, rounded
         loss = self.loss(self(batch[0], batch[1]), batch[2])
         with torch.autocast(self.device.type, enabled=False):
-            self.optimizer.zero_grad()
             self.manual_backward(loss * self.members)  # of which each member has its own part
             self.clip()
             self.optimizer.step()
+            self.optimizer.zero_grad()
         self.taken += 1
         self.mean += (loss.detach() - self.mean) / self.taken
         self.lost += (~torch.isfinite(loss) & (self.lost == 0)) * self.taken

@@ -75,16 +75,17 @@ class NetworkModel(VisualModel):
                 stack.unstack(self.networks_)
                 return self.predict(example)
 
-            run_fit(stack, self._batches(train, self.settings.seed, self.members),
-                    self._batches(val, members=self.members), self.settings, **sizes, folder=folder,
+            run_fit(stack, self._batches(train, folder, self.settings.seed, self.members),
+                    self._batches(val, folder, members=self.members), self.settings, **sizes, folder=folder,
                     preview=(val[0], preview))
             stack.unstack(self.networks_)
         for k in range(len(self.networks_), self.members):
             settings = replace(self.settings, seed=self.settings.seed + k)
             torch.manual_seed(settings.seed)
             self.networks_.append(network := self._new_network())
-            run_fit(network, self._batches(train, settings.seed), self._batches(val), settings, **sizes,
-                    folder=folder / f"member_{k + 1}" if k else folder, preview=(val[0], self.predict))
+            home = folder / f"member_{k + 1}" if k else folder
+            run_fit(network, self._batches(train, home, settings.seed), self._batches(val, home), settings, **sizes,
+                    folder=home, preview=(val[0], self.predict))
         for network in self.networks_:
             network.eval()
         self._fit_variance(val)
@@ -159,10 +160,11 @@ class NetworkModel(VisualModel):
         return self.build(binary=self.table.binary_width, numeric=self.table.numeric_width,
                           active=self.table.active_width, out=self.mean_.size * (2 if self.variances else 1))
 
-    def _batches(self, examples: Sequence[Example], seed: int | None = None, members: int = 1) -> FrameBatches:
-        targets = np.empty((sum(len(e.codes) for e in examples), self.mean_.size), np.float32)
-        for e, rows in zip(examples, np.split(targets, np.cumsum([len(e.codes) for e in examples])[:-1]), strict=True):
-            rows[:] = ((e.targets - self.mean_) / self.deviation_).reshape(rows.shape)
+    def _batches(self, examples: Sequence[Example], folder: Path, seed: int | None = None,
+                 members: int = 1) -> FrameBatches:
+        """Return batches of normalised targets, mapped from a file without a name in ``folder``."""
+        normal = (((e.targets - self.mean_) / self.deviation_).astype(np.float32) for e in examples)
+        targets = files.mapped((part.reshape(len(part), -1) for part in normal), folder)
         valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
         s = self.settings
         drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)

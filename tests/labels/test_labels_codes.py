@@ -1,5 +1,7 @@
 """Frame codes against the plain reading, joined stores, disk, tensors."""
 
+import gc
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -157,3 +159,20 @@ def test_a_tier_whose_end_rounds_elsewhere_loses_no_frame() -> None:
     codes = encode(Alignment(tiers), "am", ALL, CLOCK)
     assert len(codes) == 40
     assert codes.arrays["viseme_frames"].sum() == 40
+
+
+def test_a_batch_leaves_nothing_in_memory() -> None:
+    """Not even until the next collection of circles: arrays of a batch are many MB."""
+    codes = CodeStore.join(_utterances())
+    frames = np.tile(np.arange(len(codes)), 20)
+    codes.numeric(frames), codes.active(frames)  # what is kept for all batches
+    gc.collect()
+    gc.disable()
+    tracemalloc.start()
+    try:
+        codes.numeric(frames), codes.active(frames)
+        left = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+        gc.enable()
+    assert left < 4 * len(frames)

@@ -103,10 +103,11 @@ def test_training_takes_inputs_from_all_alternatives_in_turn(examples: dict[str,
     wrong = [with_visemes(e, Tier("visemes", [(e.alignment.start, e.alignment.end, "1")])).codes for e in shown]
     model = NetworkModel(BOTH, CLOCK, partial(FeedForward, hidden=[16]), replace(SETTINGS, epochs=1))
     model.fit(shown, val, tmp_path / "alone")
-    batches = model._batches([replace(e, alternatives=(w,)) for e, w in zip(shown, wrong, strict=True)], seed=0)
+    batches = model._batches([replace(e, alternatives=(w,)) for e, w in zip(shown, wrong, strict=True)],
+                             tmp_path, seed=0)
     first, second = batches.draw([np.arange(8)] * 2)
     np.testing.assert_array_equal(first[2], second[2])
-    plain = model._batches(shown, seed=0).draw([np.arange(8)])[0]
+    plain = model._batches(shown, tmp_path, seed=0).draw([np.arange(8)])[0]
     np.testing.assert_array_equal(first[0], plain[0])
     assert (first[0] != second[0]).any()
 

@@ -1,0 +1,47 @@
+"""Arrays that are mapped from a file without a name."""
+
+import errno
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+
+def test_parts_are_joined_and_leave_no_file(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    parts = [rng.normal(size=(rows, 3, 2)).astype(np.float32) for rows in (4, 0, 7)]
+    whole = files.mapped(iter(parts), tmp_path / "new")
+    np.testing.assert_array_equal(whole, np.concatenate(parts))
+    assert whole.dtype == np.float32 and whole.flags.writeable and type(whole) is np.ndarray
+    assert not list((tmp_path / "new").iterdir())
+
+
+def test_parts_are_asked_for_one_by_one(tmp_path: Path) -> None:
+    alive = []
+
+    def parts() -> Iterator[np.ndarray]:
+        for value in range(3):
+            alive.append(value)
+            yield np.full((2, 2), value, np.int16)
+
+    np.testing.assert_array_equal(files.mapped(parts(), tmp_path)[:, 0], [0, 0, 1, 1, 2, 2])
+    assert alive == [0, 1, 2]
+
+
+def test_nothing_is_an_empty_array(tmp_path: Path) -> None:
+    assert files.mapped([np.zeros((0, 5), np.float32)], tmp_path).shape == (0, 5)
+
+
+def test_a_full_disk_names_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(**where: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", full)
+    with pytest.raises(DnnvssError, match="No space left on device") as caught:
+        files.mapped([np.zeros((1, 1))], tmp_path)
+    assert str(tmp_path) in str(caught.value)
