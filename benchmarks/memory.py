@@ -5,13 +5,14 @@
 A child process makes a synthetic store of that size and its normalised targets, and saves both. Then others open them,
 mapped from disk, and train the default network and the paper's with Lightning. Printed are the size on disk beside that
 of dense float32 features, the time to open, the memory of a process that has the same store open and of those that
-train, and the share of a step that drawing a batch takes.
+train, the share of a step that drawing a batch takes, and the memory of a whole fit as ``train.py`` does it.
 """
 
 import argparse
 import logging
 import os
 import tempfile
+import threading
 import time
 import warnings
 from functools import partial
@@ -19,10 +20,16 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from synthetic import all_features, synthetic_store
+from synthetic import UTTERANCE, all_features, synthetic_store
 from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, random_targets
 
+from dnnvss import files
 from dnnvss.labels import CodeStore
+from dnnvss.labels.codes import FrameCodes
+from dnnvss.models import Example, FeedForward
+from dnnvss.phones import SILENCE
+from dnnvss.timing import Alignment, FrameClock, Tier
+from dnnvss.training import FitSettings, NetworkModel
 from dnnvss.training.batches import FrameBatches
 
 
@@ -91,6 +98,34 @@ def trained(folder: Path, job: Job) -> None:
           f"{memory['mapped files']:.0f} MB", flush=True)
 
 
+def whole_fit(folder: Path, frames: int) -> None:
+    """Print what a fit of the default network takes as ``train.py`` does it, in a process of its own.
+
+    A twentieth of the frames is drawn, in one epoch: memory does not depend on it.
+    """
+    table, rng = all_features(), np.random.default_rng(0)
+    codes = [synthetic_store(table, UTTERANCE, seed=i) for i in range(frames // UTTERANCE)]
+    shape = (UTTERANCE, STREAMS, DIMENSIONS)
+    targets = files.mapped((rng.standard_normal(shape, dtype=np.float32) for _ in codes), folder)
+    silent = Alignment([Tier("phones", [(0, UTTERANCE / 100, SILENCE)])])  # which a network does not look at
+    examples = [Example(f"u{i}", silent, FrameCodes(c.table, c.arrays, c.rate),
+                        targets[i * UTTERANCE : (i + 1) * UTTERANCE], np.ones(UTTERANCE, bool))
+                for i, c in enumerate(codes)]
+    before, peak, done = resident()["own"], [0.0], threading.Event()
+
+    def watch() -> None:
+        while not done.wait(0.1):
+            peak.append(resident()["own"])
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    settings = FitSettings(epochs=1, batch_size=4096, share=0.05, progress=False, figure_every=0, accelerator="cpu")
+    NetworkModel(table, FrameClock(100), FeedForward, settings).fit(examples[10:], examples[:10], folder)
+    done.set()
+    watcher.join()
+    print(f"a whole fit on {len(examples)} utterances: {max(peak):.0f} MB at its peak, {before:.0f} MB before it")
+
+
 def main() -> None:
     """Print what was measured."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -111,6 +146,7 @@ def main() -> None:
         for job in (Job([512] * 3, 512, "adamw", 0.0), Job([3000] * 3, 100, "sgd", 0.5),
                     Job([3000] * 3, 1024, "sgd", 0.5)):
             child(partial(trained, folder, job))
+        child(partial(whole_fit, folder, len(store)))
 
 
 if __name__ == "__main__":
