@@ -54,10 +54,11 @@ def plain() -> Iterator[None]:
     def embedding_sum(active: Tensor, weight: Tensor) -> Tensor:
         return nn.functional.embedding_bag(active, weight, mode="sum", padding_idx=len(weight) - 1)
 
-    kept = feedforward.Dropout, feedforward.code_sum
-    feedforward.Dropout, feedforward.code_sum = nn.Dropout, embedding_sum  # type: ignore[misc,assignment]
+    replaced = {"Dropout": nn.Dropout, "code_sum": embedding_sum, "multiplies": lambda weight: False}
+    kept = {name: getattr(feedforward, name) for name in replaced}
+    vars(feedforward).update(replaced)
     yield
-    feedforward.Dropout, feedforward.code_sum = kept  # type: ignore[misc]
+    vars(feedforward).update(kept)
 
 
 def error(model: NetworkModel, val: list[Example]) -> float:
