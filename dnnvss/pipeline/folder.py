@@ -22,7 +22,7 @@ from dnnvss.pipeline.data import Task
 from dnnvss.pipeline.style import Generator
 from dnnvss.pipeline.units import UnitModel
 from dnnvss.timing import FrameClock
-from dnnvss.training.network import load_checkpoint, save_checkpoint
+from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.precision import resolve
 from dnnvss.training.settings import SHARING
 from dnnvss.trajectory import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2, Talker

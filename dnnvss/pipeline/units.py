@@ -26,7 +26,7 @@ from dnnvss.pipeline.data import SPLITS
 from dnnvss.pipeline.visemes import viseme_clips, viseme_settings
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training import FitSettings
-from dnnvss.training.network import load_checkpoint, save_checkpoint
+from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.settings import SHARING
 from dnnvss.training.visemes import UnitNetwork, VisemePredictor, unit_sequence, unit_targets
 from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, learn, point_view, unit_scores

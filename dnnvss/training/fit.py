@@ -16,9 +16,9 @@ from torch.utils.data import DataLoader
 from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, Prediction
 from dnnvss.training.batches import Blocks, FrameBatches
+from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.devices import process_number
 from dnnvss.training.module import FrameRegression
-from dnnvss.training.network import load_checkpoint, save_checkpoint
 from dnnvss.training.precision import resolve
 from dnnvss.training.settings import FitSettings
 

@@ -17,8 +17,8 @@ from torch import nn
 from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, FeedForward
 from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training.checkpoints import load_checkpoint
 from dnnvss.training.module import FrameRegression
-from dnnvss.training.network import load_checkpoint
 
 SETTINGS = FitSettings(epochs=4, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
                        schedule="constant")

@@ -1,0 +1,31 @@
+"""Checkpoints: tensors and plain containers, written whole or not at all."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+
+def load_checkpoint(path: Path) -> dict[str, Any]:
+    """Return the tensors and plain containers in a checkpoint.
+
+    Raises:
+        DnnvssError: the file is missing, cut short, or holds anything but tensors and plain containers.
+    """
+    remedy = "Delete it and run the same train.py command again"
+    state = files.read(path, lambda p: torch.load(p, map_location="cpu", weights_only=True), remedy)
+    if not isinstance(state, dict):
+        raise DnnvssError("is not a checkpoint of this package", file=path, remedy=remedy)
+    return state
+
+
+def save_checkpoint(path: Path, state: dict[str, Any]) -> None:
+    """Write tensors and plain containers to ``path``, whole or not at all."""
+    whole = io.BytesIO()
+    torch.save(state, whole)  # in memory: torch's own writer does not say that a disk is full
+    with files.replacing(path) as temporary:
+        temporary.write_bytes(whole.getbuffer())
