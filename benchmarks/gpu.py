@@ -21,13 +21,23 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import lightning as L
 import numpy as np
 import torch
 from lightning.pytorch.callbacks import Callback
 from synthetic import all_features, synthetic_store
 from torch.utils.data import DataLoader
-from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, peer, product_rate, random_targets
+from training import (
+    DIMENSIONS,
+    STREAMS,
+    Job,
+    bare_trainer,
+    drawn,
+    new_network,
+    ours,
+    peer,
+    product_rate,
+    random_targets,
+)
 
 from dnnvss.labels import CodeStore, FeatureTable
 from dnnvss.models import feedforward
@@ -94,10 +104,7 @@ def whole_epoch(job: Job, batches: FrameBatches, table: FeatureTable, precision:
     """Return the seconds of the second of two epochs."""
     module = FrameRegression(new_network(job, table), job.settings, STREAMS, DIMENSIONS)
     epochs = Epochs()
-    trainer = L.Trainer(accelerator="gpu", devices=1, max_epochs=2, precision=precision,  # type: ignore[arg-type]
-                        callbacks=[epochs], logger=False, enable_checkpointing=False, enable_progress_bar=False,
-                        enable_model_summary=False)
-    trainer.fit(module, DataLoader(Blocks(batches), batch_size=None))
+    bare_trainer(job, precision, epochs, 2).fit(module, DataLoader(Blocks(batches), batch_size=None))
     return epochs.seconds[1]
 
 

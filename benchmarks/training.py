@@ -107,16 +107,20 @@ def new_network(job: Job, table: FeatureTable) -> FeedForward:
                        dropout=job.dropout)
 
 
+def bare_trainer(job: Job, precision: str, callback: Callback, epochs: int = 10**6) -> L.Trainer:
+    """Return Lightning's trainer without files and output."""
+    return L.Trainer(accelerator="gpu" if job.device == "cuda" else "cpu", devices=1, max_epochs=epochs,
+                     precision=precision, callbacks=[callback], logger=False,  # type: ignore[arg-type]
+                     enable_checkpointing=False, enable_progress_bar=False, enable_model_summary=False)
+
+
 def ours(job: Job, batches: FrameBatches, network: nn.Module, precision: str = "32-true") -> Callable[[], float]:
     """Return what measures a step of ours, in seconds."""
     module = FrameRegression(network, job.settings, STREAMS, DIMENSIONS)
 
     def round_() -> float:
         watch = Watch(SECONDS)
-        trainer = L.Trainer(accelerator="gpu" if job.device == "cuda" else "cpu", devices=1, max_epochs=10**6,
-                            precision=precision, callbacks=[watch], logger=False,  # type: ignore[arg-type]
-                            enable_checkpointing=False, enable_progress_bar=False, enable_model_summary=False)
-        trainer.fit(module, DataLoader(Blocks(batches), batch_size=None))
+        bare_trainer(job, precision, watch).fit(module, DataLoader(Blocks(batches), batch_size=None))
         return watch.step
 
     return round_
