@@ -14,7 +14,8 @@ Choice = tuple[int, ...] | str
 Groups = Mapping[str, Sequence[int]]
 """Name of a landmark group to the half-open range of its rows (``CorpusInfo.landmark_groups``)."""
 
-_REMEDY = "Name the groups of the corpus's corpus.json (landmark_groups) in the point set of conf/aam"
+_REMEDY = ("Name the groups of the corpus's corpus.json (landmark_groups) in the point set of conf/aam, or take the one "
+           "that fits: aam=folder (68 points), aam=labelled (40), aam=face100 (100), aam=default (146)")
 
 
 def _lips_jaw_nostrils() -> dict[str, Choice]:
@@ -37,6 +38,8 @@ class PointSet:
         stable: group to the indices of points that speech does not move; head pose is measured on them.
         lips_outer, lips_inner: the modelled groups that run round the lips, each a closed contour in order.
         eyes: groups that run round an eye, where the corpus has any; a neutral frame has them open.
+        sizes: group to the number of points that it must have, so that indices are not taken for those of another
+            mesh. No part of the model's key.
     """
 
     name: str = "lips_jaw_nostrils"
@@ -45,6 +48,7 @@ class PointSet:
     lips_outer: str = "lips_outer"
     lips_inner: str = "lips_inner"
     eyes: tuple[str, ...] = ("right_eye", "left_eye")
+    sizes: Mapping[str, int] = field(default_factory=dict, compare=False)
 
     @classmethod
     def from_dict(cls, value: Mapping[str, Any]) -> "PointSet":
@@ -57,6 +61,7 @@ class PointSet:
         if unknown := sorted(set(value) - known):
             raise DnnvssError(f"unknown key {unknown[0]!r} in a point set", remedy=f"Use some of {sorted(known)}")
         plain = dict(value)
+        plain["sizes"] = {group: size for group, size in plain.get("sizes", {}).items() if size is not None}
         for key in ("points", "stable"):
             if key in plain:
                 named = {group: choice for group, choice in plain[key].items() if choice is not None}
@@ -66,7 +71,7 @@ class PointSet:
         return cls(**plain)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain containers, the inverse of :meth:`from_dict`."""
+        """Return plain containers, the inverse of :meth:`from_dict`; ``sizes`` has done its work and is left out."""
         lists = {key: {g: c if isinstance(c, str) else list(c) for g, c in getattr(self, key).items()}
                  for key in ("points", "stable")}
         return {"name": self.name, **lists, "lips_outer": self.lips_outer, "lips_inner": self.lips_inner,
@@ -76,8 +81,13 @@ class PointSet:
         """Return the rows of a corpus's landmark array that the set means.
 
         Raises:
-            DnnvssError: a group that the corpus lacks, an index outside it, a point named twice, or too few points.
+            DnnvssError: a group that the corpus lacks or that has another size, an index outside it, a point named
+                twice, or too few points.
         """
+        for group, size in self.sizes.items():
+            if group in groups and (found := groups[group][1] - groups[group][0]) != size:
+                raise DnnvssError(f"point set {self.name!r} is meant for {size} points of {group!r}, and the corpus has "
+                                  f"{found}", remedy=_REMEDY)
         rows = {group: _rows(groups, group, choice) for group, choice in self.points.items()}
         stable = np.concatenate([_rows(groups, g, c) for g, c in self.stable.items()] or [np.empty(0, int)])
         eyes = tuple(_rows(groups, g, "all") for g in self.eyes)

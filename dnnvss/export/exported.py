@@ -29,6 +29,8 @@ class ExportedModel(VisualModel):
         forward: from active columns (T, A) int64 and numbers (T, N) float32 to means and variances (T, W, D).
     """
 
+    reads_visemes = True
+
     def __init__(self, description: Description, forward: Forward) -> None:
         super().__init__(description.table, description.clock)
         self.description, self.forward = description, forward

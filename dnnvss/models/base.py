@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -52,6 +52,9 @@ class VisualModel(ABC):
         table: the feature table of the labels.
         clock: the trajectory clock.
     """
+
+    reads_visemes: ClassVar[bool] = False
+    """Whether blocks of dynamic visemes in the table make a difference."""
 
     def __init__(self, table: FeatureTable, clock: FrameClock) -> None:
         self.table, self.clock = table, clock

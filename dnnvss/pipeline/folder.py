@@ -127,12 +127,20 @@ def make_task(config: DictConfig) -> Task:
 
 
 def make_model(config: DictConfig, task: Task) -> VisualModel:
-    """Return the untrained model that a configuration describes."""
+    """Return the untrained model that a configuration describes.
+
+    Raises:
+        DnnvssError: the labels have dynamic visemes, and a model of this kind would not look at them.
+    """
     from hydra.utils import instantiate  # a bundle is opened without
 
     settings: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
-    settings.pop("name")
-    return instantiate(settings)(table=task.table, clock=task.clock)
+    name = settings.pop("name")
+    model: VisualModel = instantiate(settings)(table=task.table, clock=task.clock)
+    if task.table.uses_visemes and not model.reads_visemes:
+        raise DnnvssError(f"model={name} does not look at the dynamic visemes of labels={config.labels.name}",
+                          remedy="Train it with labels of phones (labels=ph_d), or take a network (model=feedforward)")
+    return model
 
 
 def newest(runs: Path) -> Path:

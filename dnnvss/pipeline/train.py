@@ -33,6 +33,8 @@ def train(config: DictConfig) -> float:
     A run that was killed goes on where it stopped; one that is finished is only reported, unless ``overwrite=true``.
     """
     corpus = Corpus.open(config.corpus.out)
+    task = make_task(config)
+    model = make_model(config, task)
     folder = Path(config.run or Path(config.runs) / run_name(config, corpus.fingerprint))
     helper = process_number() > 0
     if config.overwrite and folder.exists() and not helper:
@@ -47,12 +49,10 @@ def train(config: DictConfig) -> float:
 
     with joblib.parallel_config(backend="loky", n_jobs=config.jobs):
         encoded = encode_with_aam(corpus, config)
-    task = make_task(config)
     plan = UnitPlan.from_config(config.visemes) if task.table.uses_visemes else None
     units = corpus_units(corpus, encoded, config.corpus.split, task.clock, plan) if plan else None
     visemes = units.tiers(plan, encoded.splits["train"]) if plan and units else None
     examples = split_examples(task, corpus, encoded, config.corpus.split, visemes, scratch=folder)
-    model = make_model(config, task)
     print(f"training {config.model.name} on {len(examples['train'])} utterances; TensorBoard: {folder}/tensorboard")
     model.fit(examples["train"], examples["val"], folder)
     if helper:  # the first process of those that share the fit does the rest

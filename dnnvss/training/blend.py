@@ -45,6 +45,8 @@ class BlendedNetworks(VisualModel):
         DnnvssError: a weight outside 0 to 1.
     """
 
+    reads_visemes = True
+
     def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
                  settings: FitSettings, weight: float = 0.5, members: int = 1) -> None:
         super().__init__(table, clock)

@@ -50,6 +50,8 @@ class GuidedCodebook(VisualModel):
         DnnvssError: a setting is out of range.
     """
 
+    reads_visemes = True
+
     def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
                  settings: FitSettings, members: int = 1, candidates: int = 150, examples: int = 3,
                  join: float = 0.03, cutoff: float | None = 15) -> None:

@@ -44,6 +44,8 @@ class NetworkModel(VisualModel):
         DnnvssError: less than one member.
     """
 
+    reads_visemes = True
+
     def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
                  settings: FitSettings, members: int = 1, variances: bool = False) -> None:
         super().__init__(table, clock)

@@ -1,13 +1,14 @@
 """The normal equations of parameter generation: a banded matrix for each column, with held edges."""
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import torch
 
 from dnnvss.errors import DnnvssError
-from dnnvss.trajectory.banded import Factor, factorise, pad
+from dnnvss.trajectory.banded import Factor, Lapack, Sweep, factorise, inverse_rows, pad
 from dnnvss.trajectory.windows import Windows, as_tensor
 
 
@@ -85,19 +86,14 @@ class NormalEquations:
         """Return the solution (B, T, D) for right-hand sides (T, B, D)."""
         return self.factor.solve(pad(rhs, 2 * self.windows.reach)).transpose(0, 1)
 
-    def response(self, first: int, last: int, frames: np.ndarray) -> np.ndarray:
-        """Return the columns ``frames`` of the inverse of the matrix cut to ``first:last``, shape (last - first, len,
-        D).
+    def inverse_rows(self, dead: float) -> Iterator[tuple[int, np.ndarray]]:
+        """Yield the rows of the inverse, last frame first; see :func:`dnnvss.trajectory.banded.inverse_rows`.
 
-        For a batch of one. Frames are counted from ``first``. A cut far from the frames changes nothing that matters:
-        influence dies out exponentially.
+        For a batch of one on the processor.
         """
-        cut = self.bands[:, first:last].clone()
-        for k in range(1, len(cut)):
-            cut[k, max(last - first - k, 0) :] = 0.0
-        unit = torch.zeros(last - first, len(frames), self.shape[3], dtype=torch.float64, device=cut.device)
-        unit[torch.as_tensor(frames), torch.arange(len(frames))] = 1.0
-        return factorise(cut, batch=len(frames)).solve(pad(unit, len(cut) - 1)).cpu().numpy()
+        assert isinstance(self.factor, Lapack | Sweep)
+        lower, pivot = self.factor.unit_factor()
+        return inverse_rows(lower[:, :, 0], pivot[:, 0], dead)
 
     def _last(self, front: int) -> Any:
         """Return the extended index of the last true frame: a number, or one for each row."""

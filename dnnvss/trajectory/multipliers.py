@@ -1,7 +1,5 @@
 """The dual of a trajectory under linear ranges: a banded matrix of influences, and the multipliers that it gives."""
 
-from itertools import pairwise
-
 import numpy as np
 import scipy.sparse
 from scipy.linalg import lapack
@@ -9,7 +7,6 @@ from scipy.linalg import lapack
 from dnnvss.errors import DnnvssError
 from dnnvss.trajectory.equations import NormalEquations
 
-_CHUNK, _MARGIN = 64, 32
 _DEAD = 1e-9
 """Influence below this share of its peak is cut; the sweeps of :mod:`dnnvss.trajectory.constraints` make up for it."""
 _PATIENCE = 4
@@ -18,53 +15,42 @@ _PATIENCE = 4
 def influences(equations: NormalEquations, rows: scipy.sparse.csr_array, columns: int) -> np.ndarray:
     """Return ``A P^-1 A'`` as lower bands (K + 1, M): entry ``[k, i]`` stands in row ``i + k``, column ``i``.
 
-    What one constraint does to another dies out exponentially with the frames between them, so the matrix is banded and
-    is computed in chunks of time, linear in T.
+    What one constraint does to another dies out exponentially with the frames between them, so the matrix is banded. It
+    is gathered from the rows of the inverse as these come by, linear in T.
 
     Args:
         equations: P, a batch of one.
         rows: A, (M, T * D), in order of time.
         columns: D.
     """
-    frames = rows.shape[1] // columns
-    blocks, margin = [], _MARGIN
-    frame_of = rows.indices[rows.indptr[:-1]] // columns
-    starts = [0, *(np.flatnonzero(np.diff(frame_of // _CHUNK)) + 1), rows.shape[0]]
-    for start, stop in pairwise(starts):
-        own = rows[start:stop].tocoo()
-        touched, place = np.unique(own.col // columns, return_inverse=True)
-        dense = np.zeros((columns, len(touched), stop - start))
-        np.add.at(dense, (own.col % columns, place, own.row), own.data)
-        first, response, margin = _response(equations, touched, frames, margin)
-        last = first + len(response)
-        effect = (response.transpose(2, 0, 1) @ dense).transpose(1, 0, 2).reshape(-1, stop - start)
-        end = max(stop, int(np.searchsorted(frame_of, last)))
-        reached = rows[start:end, first * columns : last * columns] @ effect
-        blocks.append((start, np.asarray(reached)))
-    return _bands(blocks, rows.shape[0])
-
-
-def _response(
-    equations: NormalEquations, touched: np.ndarray, frames: int, margin: int
-) -> tuple[int, np.ndarray, int]:
-    """Return the first frame of the surroundings that matter, the columns of P^-1 there, and their margin."""
-    while True:
-        first, last = max(int(touched[0]) - margin, 0), min(int(touched[-1]) + margin + 1, frames)
-        response = equations.response(first, last, touched - first)
-        limit = _DEAD * np.abs(response).max(axis=0)
-        ends = [response[end] for end, cut in ((0, first > 0), (-1, last < frames)) if cut]
-        if all((np.abs(end) <= limit).all() for end in ends):
-            return first, response, margin
-        margin *= 2
-
-
-def _bands(blocks: list[tuple[int, np.ndarray]], count: int) -> np.ndarray:
-    bands = np.zeros((max(len(values) for _, values in blocks), count))
-    for start, values in blocks:
-        for i in range(values.shape[1]):
-            bands[: len(values) - i, start + i] = values[i:, i]
+    frame, row, vector = _by_frame(rows, columns)
+    starts = np.searchsorted(frame, np.arange(rows.shape[1] // columns + 1))
+    lags, places, effects = [], [], []
+    for t, inverse in equations.inverse_rows(_DEAD):
+        first, behind, end = starts[t], starts[t + 1], starts[t + len(inverse)]
+        if first == behind:
+            continue
+        own, met = row[first:behind], row[first:end, None]
+        effect = (inverse[frame[first:end] - t] * vector[first:end]) @ vector[first:behind].T
+        effect[: len(own)] = np.tril(effect[: len(own)])  # each pair once; its mirror image is not stored
+        effect[len(own) :] *= 1.0 + (met[len(own) :] == own)  # on the diagonal it is its own mirror image
+        lags.append(np.abs(met - own).ravel())
+        places.append(np.minimum(met, own).ravel())
+        effects.append(effect.ravel())
+    lag, place, value = (np.concatenate(parts) for parts in (lags, places, effects))
+    bands = np.zeros((lag.max() + 1, rows.shape[0]))
+    np.add.at(bands, (lag, place), value)
     used = np.flatnonzero((np.abs(bands) > _DEAD * bands[0].max()).any(axis=1))
     return bands[: used[-1] + 1] if len(used) else bands[:1]
+
+
+def _by_frame(rows: scipy.sparse.csr_array, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what the rows say of single frames, in order of time: frames (E,), rows (E,) and vectors (E, D)."""
+    entries = rows.tocoo()
+    pairs, place = np.unique(entries.col.astype(np.int64) // columns * rows.shape[0] + entries.row, return_inverse=True)
+    vectors = np.zeros((len(pairs), columns))
+    np.add.at(vectors, (place, entries.col % columns), entries.data)
+    return pairs // rows.shape[0], pairs % rows.shape[0], vectors
 
 
 def multiply(bands: np.ndarray, vector: np.ndarray) -> np.ndarray:

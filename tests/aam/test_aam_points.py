@@ -8,6 +8,7 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from dnnvss.aam import AAMConfig, PointSet
+from dnnvss.aam.labelling import SCHEMES
 from dnnvss.corpus.talker.geometry import LANDMARK_GROUPS
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import LAYOUT_68
@@ -47,6 +48,14 @@ def test_grid_uses_the_default_and_the_other_layouts_fit_their_corpora() -> None
     assert AAMConfig.from_dict(_yaml("grid")) == AAMConfig()
     assert len(AAMConfig.from_dict(_yaml("folder")).points.layout(LAYOUT_68).rows) == 36
     assert len(AAMConfig.from_dict(_yaml("demo")).points.layout(LANDMARK_GROUPS).rows) == 56
+
+
+def test_each_labelling_scheme_has_settings_that_fit_it_and_others_refuse_it() -> None:
+    fitting = {"lips_jaw_nostrils": ("labelled", 34), "ibug68": ("folder", 36), "face100": ("face100", 100)}
+    for scheme, (name, points) in fitting.items():
+        assert len(AAMConfig.from_dict(_yaml(name)).points.layout(SCHEMES[scheme].groups).rows) == points
+    with pytest.raises(DnnvssError, match="meant for 17 points of 'face_oval', and the corpus has 23.*aam=face100"):
+        AAMConfig.from_dict(_yaml("folder")).points.layout(SCHEMES["face100"].groups)
 
 
 def test_key_changes_with_any_setting_and_with_the_data() -> None:
