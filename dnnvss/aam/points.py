@@ -14,8 +14,8 @@ Choice = tuple[int, ...] | str
 Groups = Mapping[str, Sequence[int]]
 """Name of a landmark group to the half-open range of its rows (``CorpusInfo.landmark_groups``)."""
 
-_REMEDY = ("Name the groups of the corpus's corpus.json (landmark_groups) in the point set of conf/aam, or take the one "
-           "that fits: aam=folder (68 points), aam=labelled (40), aam=face100 (100), aam=default (146)")
+_REMEDY = ("Name the groups of the corpus's corpus.json (landmark_groups) in the point set of conf/aam, or take the "
+           "one that fits: aam=folder (68 points), aam=labelled (40), aam=face100 (100), aam=default (146)")
 
 
 def _lips_jaw_nostrils() -> dict[str, Choice]:
@@ -86,8 +86,8 @@ class PointSet:
         """
         for group, size in self.sizes.items():
             if group in groups and (found := groups[group][1] - groups[group][0]) != size:
-                raise DnnvssError(f"point set {self.name!r} is meant for {size} points of {group!r}, and the corpus has "
-                                  f"{found}", remedy=_REMEDY)
+                raise DnnvssError(f"point set {self.name!r} is meant for {size} points of {group!r}, and the corpus "
+                                  f"has {found}", remedy=_REMEDY)
         rows = {group: _rows(groups, group, choice) for group, choice in self.points.items()}
         stable = np.concatenate([_rows(groups, g, c) for g, c in self.stable.items()] or [np.empty(0, int)])
         eyes = tuple(_rows(groups, g, "all") for g in self.eyes)

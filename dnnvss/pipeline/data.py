@@ -9,6 +9,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.aam import EncodedCorpus
 from dnnvss.corpus import Corpus, Utterance
+from dnnvss.errors import DnnvssError
 from dnnvss.labels import FeatureTable, encode
 from dnnvss.models import Example
 from dnnvss.phones import SILENCES
@@ -70,8 +71,20 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
         visemes: the tiers of each utterance, by id.
         scratch: folder of a file without a name from which the targets are mapped, so that a corpus of many hours does
             not fill the memory; in memory if left out.
+
+    Raises:
+        DnnvssError: a split has no utterance with a measured frame.
     """
-    return {name: _in(scratch, make_examples(task, corpus.split(name, variant), encoded, visemes)) for name in SPLITS}
+    found = {}
+    for name in SPLITS:
+        utterances = [u for u in corpus.split(name, variant) if u.id not in encoded.dropped]
+        if not any(encoded.clip(u.id).valid.any() for u in utterances):
+            left = len(corpus.split(name, variant)) - len(utterances)
+            raise DnnvssError(f"the split {name!r} has {len(utterances)} utterances and no measured frame; {left} were "
+                              "left out (see above)", file=corpus.root,
+                              remedy="Mend or replace these clips, or give the split more of them, and prepare again")
+        found[name] = _in(scratch, make_examples(task, utterances, encoded, visemes))
+    return found
 
 
 def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:

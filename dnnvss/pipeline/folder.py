@@ -35,6 +35,40 @@ _NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample")
 
 def run_name(config: DictConfig, fingerprint: str) -> str:
     """Return a folder name that changes when, and only when, something that changes results does."""
+    kept = _what_counts(config, fingerprint)
+    digest = hashlib.sha256(json.dumps([kept, __version__], sort_keys=True).encode()).hexdigest()[:8]
+    parts = [config.corpus.name, config.corpus.split, config.labels.name, config.model.name, digest]
+    return "-".join(p for p in parts if p)
+
+
+def check_settings(folder: Path, config: DictConfig, fingerprint: str) -> None:
+    """Refuse to go on with a run that was begun with other settings or another corpus.
+
+    Raises:
+        DnnvssError: they differ in something that changes results; the first few are named.
+    """
+    if not (folder / "config.yaml").is_file() or not (folder / "run.json").is_file():
+        return
+    old = files.read(folder / "config.yaml", OmegaConf.load, "Delete the folder")
+    corpus = str(files.read_json(folder / "run.json", "Delete the folder").get("corpus"))
+    before, now = (_flat(_what_counts(c, f)) for c, f in ((old, corpus), (config, fingerprint)))
+    changed = [f"{key} ({before.get(key)}, now {now.get(key)})" for key in sorted({*before, *now})
+               if before.get(key) != now.get(key)]
+    if changed:
+        more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
+        raise DnnvssError(f"holds a run with other settings: {', '.join(changed[:3])}{more}", file=folder,
+                          remedy="Leave run= out or name another folder; overwrite=true deletes this run and begins anew")
+
+
+def _flat(value: Any, name: str = "") -> dict[str, Any]:
+    """Return nested containers as one, with dotted names."""
+    if not isinstance(value, dict):
+        return {name: value}
+    return {k: v for key, part in value.items() for k, v in _flat(part, f"{name}.{key}" if name else str(key)).items()}
+
+
+def _what_counts(config: DictConfig, fingerprint: str) -> dict[str, Any]:
+    """Return the settings that change results, with the fingerprint of the corpus."""
     resolved: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
     kept = {k: v for k, v in resolved.items() if k not in _NOT_RESULTS}
     unused = [] if config.trainer.refine else ["refine", "refine_rate"]
@@ -44,9 +78,7 @@ def run_name(config: DictConfig, fingerprint: str) -> str:
     if not make_task(config).table.uses_visemes:
         del kept["visemes"]
     kept["corpus"] = {"fingerprint": fingerprint, "split": config.corpus.split}
-    digest = hashlib.sha256(json.dumps([kept, __version__], sort_keys=True).encode()).hexdigest()[:8]
-    parts = [config.corpus.name, config.corpus.split, config.labels.name, config.model.name, digest]
-    return "-".join(p for p in parts if p)
+    return kept
 
 
 def provenance(config: DictConfig, fingerprint: str) -> dict[str, Any]:

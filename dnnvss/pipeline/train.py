@@ -16,7 +16,7 @@ from dnnvss.evaluation import Report
 from dnnvss.phones import SILENCES
 from dnnvss.pipeline.data import SPLITS, make_examples, split_examples
 from dnnvss.pipeline.evaluate import evaluate_run
-from dnnvss.pipeline.folder import Run, make_model, make_task, provenance, run_name
+from dnnvss.pipeline.folder import Run, check_settings, make_model, make_task, provenance, run_name
 from dnnvss.pipeline.risks import spoken_triphones
 from dnnvss.pipeline.style import Generator, learn_talker, make_style
 from dnnvss.pipeline.units import UnitPlan, corpus_units, unit_notes
@@ -35,17 +35,23 @@ def train(config: DictConfig) -> float:
     corpus = Corpus.open(config.corpus.out)
     task = make_task(config)
     model = make_model(config, task)
+    if config.trainer.refine and not isinstance(model, NetworkModel):
+        raise DnnvssError(f"trainer.refine does not work with model={config.model.name}",
+                          remedy="Use model=feedforward or model=gaussian, or trainer.refine=0")
     folder = Path(config.run or Path(config.runs) / run_name(config, corpus.fingerprint))
     helper = process_number() > 0
     if config.overwrite and folder.exists() and not helper:
         shutil.rmtree(folder)
-    if (folder / "metrics.json").is_file():
+    if not config.overwrite:
+        check_settings(folder, config, corpus.fingerprint)
+    if (folder / "metrics.json").is_file() and not (config.overwrite and helper):  # which another is about to delete
         print(f"{folder} is finished; overwrite=true trains it anew\n")
         print((folder / "metrics.md").read_text(encoding="utf-8"))
         return float(files.read_json(folder / "metrics.json")["headline"])
     folder.mkdir(parents=True, exist_ok=True)
-    files.write_text(folder / "config.yaml", OmegaConf.to_yaml(config, resolve=True))
-    files.write_json(folder / "run.json", provenance(config, corpus.fingerprint))
+    if not helper:
+        files.write_text(folder / "config.yaml", OmegaConf.to_yaml(config, resolve=True))
+        files.write_json(folder / "run.json", provenance(config, corpus.fingerprint))
 
     with joblib.parallel_config(backend="loky", n_jobs=config.jobs):
         encoded = encode_with_aam(corpus, config)
@@ -57,10 +63,7 @@ def train(config: DictConfig) -> float:
     model.fit(examples["train"], examples["val"], folder)
     if helper:  # the first process of those that share the fit does the rest
         return math.nan
-    if config.trainer.refine:
-        if not isinstance(model, NetworkModel):
-            raise DnnvssError(f"trainer.refine does not work with model={config.model.name}",
-                              remedy="Use model=feedforward or model=gaussian, or trainer.refine=0")
+    if config.trainer.refine and isinstance(model, NetworkModel):
         model.refine(examples["train"], examples["val"], partial(mlpg, windows=task.windows))
     Run.save(folder, task, model)
     if units:

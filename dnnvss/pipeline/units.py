@@ -28,7 +28,7 @@ from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.settings import SHARING
-from dnnvss.training.visemes import UnitNetwork, VisemePredictor, unit_sequence, unit_targets
+from dnnvss.training.visemes import HEEDED, UnitNetwork, VisemePredictor, unit_sequence, unit_targets
 from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, learn, point_view, unit_scores
 
 _ALGORITHM = 1
@@ -63,8 +63,12 @@ class PredictorSettings:
         """Return the settings of the part ``predictor`` of a ``conf/visemes`` file.
 
         Raises:
-            DnnvssError: fewer than two folds, or blocks of dynamic visemes among those that are to predict them.
+            DnnvssError: fewer than two folds, blocks of dynamic visemes among those that are to predict them, or a
+                setting of the fit that would not be heeded.
         """
+        if unheeded := sorted(set(config["fit"]) - set(HEEDED)):
+            raise DnnvssError(f"visemes.predictor.fit.{unheeded[0]} is no setting of this fit",
+                              remedy=f"Use some of {', '.join(HEEDED)}")
         window = {key: config[key] for key in ("window_before", "window_after")}
         table = FeatureTable.from_config({**window, "blocks": config["blocks"]})
         if table.uses_visemes or config["folds"] < 2:
@@ -222,6 +226,10 @@ def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClo
     codes = {i: encode(corpus.utterances[i].alignment, corpus.utterances[i].text, plan.predictor.table, clock)
              for i in oracle}
     train, val = list(clips["train"]), list(clips["val"])
+    if len(train) < plan.predictor.folds or not val:
+        raise DnnvssError(f"{len(train)} training and {len(val)} validation utterances are too few to predict dynamic "
+                          f"visemes in {plan.predictor.folds} folds", file=corpus.root,
+                          remedy="Record more, lower visemes.predictor.folds, or train with labels of phones alone")
     predicted: dict[str, list[Tier]] = {}
 
     steps = tqdm(range(plan.predictor.folds + 1), "predicting dynamic visemes", unit=" fits", leave=False)

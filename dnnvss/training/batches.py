@@ -66,7 +66,8 @@ class FrameBatches(IterableDataset):
             numbers = range(first, min(first + at_once, len(self)))
             batches = [[order[k * self.batch_size : (k + 1) * self.batch_size] for order in orders] for k in numbers]
             own = [[frames[rank::world] if len(frames) > rank else frames[:1] for frames in batch] for batch in batches]
-            yield self.draw([_joined(batch) for batch in own], first)  # too few frames to share: one of them twice
+            before = self.epoch() * len(self)  # the stores' turns go on from epoch to epoch
+            yield self.draw([_joined(batch) for batch in own], before + first)  # too few frames to share: one of them twice
 
     def _order(self, member: int) -> Any:
         order: Any = self.frames
@@ -81,7 +82,8 @@ class FrameBatches(IterableDataset):
         return self
 
     def draw(self, batches: Sequence[Any], first: int = 0) -> list[Batch]:
-        """Return inputs and targets of batches of frames; ``first`` is the number of the first of them.
+        """Return inputs and targets of batches of frames; ``first`` is the number of the first of them in the
+        fit.
 
         The inputs of a batch come from the store whose turn it is.
         """

@@ -36,6 +36,19 @@ class WholeCheckpoints(TorchCheckpointIO):
         save_checkpoint(Path(path), checkpoint)
 
 
+class Kept(ModelCheckpoint):
+    """A checkpoint in the run folder, wherever that was moved since the fit was killed."""
+
+    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
+        """Take over what was kept, under the present folder."""
+        here = {str(old): str(Path(str(self.dirpath)) / Path(old).name) for old in state_dict["best_k_models"]}
+        moved: dict[str, Any] = {"dirpath": self.dirpath,
+                                 "best_k_models": {here[str(k)]: v for k, v in state_dict["best_k_models"].items()}}
+        for name in ("best_model_path", "kth_best_model_path", "last_model_path"):
+            moved[name] = str(Path(str(self.dirpath)) / Path(state_dict[name]).name) if state_dict[name] else ""
+        super().load_state_dict(state_dict | moved)
+
+
 EXPLODED = 100.0
 """Static error on the validation frames, in variances of the training frames, beyond which a fit has diverged: the mean
 of the training frames, which knows nothing, has about 1."""
@@ -94,9 +107,10 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     epochs, smoke = (1, 1) if settings.smoke else (settings.epochs, None)
     module = FrameRegression(network, settings, streams, dimensions, smoke or epochs * len(train))
     checkpoints = folder / "checkpoints"
-    keep = ModelCheckpoint(checkpoints, "best", monitor="val/static", save_last=True, enable_version_counter=False,
-                           save_on_train_epoch_end=True)
-    callbacks: list[Callback] = [Watch(settings), keep, EarlyStopping("val/static", patience=settings.patience)]
+    best = Kept(checkpoints, "best", monitor="val/static", enable_version_counter=False, save_on_train_epoch_end=True)
+    last = Kept(checkpoints, "last", every_n_epochs=1, enable_version_counter=False, save_on_train_epoch_end=True)
+    stop = EarlyStopping("val/static", patience=settings.patience)
+    callbacks: list[Callback] = [Watch(settings), best, last, stop]
     if settings.progress:
         callbacks.append(TQDMProgressBar())
     if settings.figure_every:
@@ -118,16 +132,23 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     if trainer.strategy.root_device.type == "cuda":
         train.to(trainer.strategy.root_device), val.to(trainer.strategy.root_device)
     start = resume_point(checkpoints)
+    ended = start is not None and _stopped(load_checkpoint(start), stop)
     with warnings.catch_warnings():
         for message in _LIGHTNING_CHATTER:
             warnings.filterwarnings("ignore", message=message)
         try:
-            trainer.fit(module, DataLoader(Blocks(train, smoke or 0), batch_size=None),
-                        DataLoader(val, batch_size=None), ckpt_path=start, weights_only=True)
+            if not ended:
+                trainer.fit(module, DataLoader(Blocks(train, smoke or 0), batch_size=None),
+                            DataLoader(val, batch_size=None), ckpt_path=start, weights_only=True)
         except SystemExit as end:  # Lightning turns Ctrl-C into an exit of its own
             raise KeyboardInterrupt from end
     module.load_state_dict(load_checkpoint(checkpoints / "best.ckpt")["state_dict"])
     network.load_state_dict(module.result.state_dict())
+
+
+def _stopped(checkpoint: dict[str, Any], stop: EarlyStopping) -> bool:
+    """Return whether the fit had been stopped early when it left the checkpoint."""
+    return checkpoint.get("callbacks", {}).get(stop.state_key, {}).get("wait_count", 0) >= max(stop.patience, 1)
 
 
 def resume_point(checkpoints: Path) -> Path | None:

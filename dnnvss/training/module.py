@@ -132,6 +132,7 @@ class FrameRegression(L.LightningModule):
         else:  # torch.manual_seed sees to all devices, and takes as long as a step of a small network
             torch.default_generator.manual_seed(seed)
 
+    @torch.no_grad()
     def _follow(self, average: nn.Module) -> None:
         """Move the average towards the present weights, all the way after the first step."""
         share = 1 - self.settings.average if self.global_step else 1.0

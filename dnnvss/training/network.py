@@ -21,6 +21,8 @@ from dnnvss.training.refine import Clip, Join, refine
 from dnnvss.training.settings import LOG_VARIANCE, FitSettings
 
 _CHUNK = 4096  # frames a forward pass at prediction: bounds memory on an hour of text
+_STILL = 1e-4
+"""Least deviation of a coefficient as a share of the largest one: what hardly moves in training is not blown up."""
 
 
 class NetworkModel(VisualModel):
@@ -62,7 +64,7 @@ class NetworkModel(VisualModel):
         from dnnvss.training.fit import run_fit
 
         self.mean_, deviation = moments(train)
-        self.deviation_ = np.maximum(deviation, 1e-8)
+        self.deviation_ = np.maximum(deviation, _STILL * deviation.max(axis=1, keepdims=True) + 1e-8)
         self.scaler_ = NumericScaler.fit(_store(train))
         self.networks_: list[nn.Module] = []
         sizes = {"streams": self.mean_.shape[0], "dimensions": self.mean_.shape[1]}
@@ -113,13 +115,16 @@ class NetworkModel(VisualModel):
 
         Members, and labels that may be true as well, are equal parts of a mixture, whose mean and variance are given.
         """
+        mean, own, between = self._mixture(example)
+        return Prediction(mean, own + between if self.variances else own)
+
+    def _mixture(self, example: Example) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the mean of the parts, the mean of their own variances and the variance of their means, (T, W, D)."""
         outputs = np.concatenate([self._forward(c) for c in (example.codes, *example.alternatives)])
         parts = [self._decode(torch.from_numpy(o)) for o in outputs]
         mean = torch.stack([m for m, _ in parts])
-        variance = torch.stack([v for _, v in parts]).mean(0)
-        if self.variances:
-            variance = variance + mean.var(0, unbiased=False)
-        return Prediction(mean.mean(0).numpy(), variance.numpy())
+        own = torch.stack([v for _, v in parts]).mean(0)
+        return mean.mean(0).numpy(), own.numpy(), mean.var(0, unbiased=False).numpy()
 
     def _decode(self, outputs: Tensor) -> tuple[Tensor, Tensor]:
         """Return means and variances (frames, W, D), in parameter units, of outputs (frames, ...)."""
@@ -135,10 +140,13 @@ class NetworkModel(VisualModel):
     def _fit_variance(self, val: Sequence[Example]) -> None:
         """Take the variance of the errors on the validation frames, or what predicted variances are to be scaled by."""
         self.variance_ = np.ones(self.mean_.shape)
-        found = [(e, self.predict(e)) for e in val]
-        errors = [((p.mean - e.targets) / np.sqrt(p.variance))[e.valid] for e, p in found]  # type: ignore[operator]
-        own = np.concatenate(errors).astype(np.float64)
-        self.variance_ = (np.square(own).mean(0) if self.variances else own.var(0)) + 1e-12
+        found = [(*self._mixture(e), e) for e in val]
+        error = np.concatenate([(m - e.targets)[e.valid] for m, _, _, e in found]).astype(np.float64)
+        if not self.variances:
+            self.variance_ = error.var(0) + 1e-12
+            return
+        own, between = (np.concatenate([f[part][f[3].valid] for f in found]).astype(np.float64) for part in (1, 2))
+        self.variance_ = _scale(np.square(error), own, between)
 
     def state(self) -> dict[str, Any]:
         """Return weights, scalers and error variances."""
@@ -181,20 +189,39 @@ class NetworkModel(VisualModel):
         return Clip(torch.from_numpy(e.codes.active(frames)), torch.from_numpy(self.scaler_(e.codes.numeric(frames))),
                     torch.from_numpy(np.ascontiguousarray(e.targets[:, 0])), torch.from_numpy(e.valid))
 
-    @torch.inference_mode()
+    @torch.inference_mode(False)  # in which a network that is moved could not be trained any more
+    @torch.no_grad()
     def _forward(self, codes: FrameCodes) -> np.ndarray:
         """Return the outputs of every member, normalised, shape (members, T, W x D or twice as many)."""
         device = next(self.networks_[-1].parameters()).device
-        training, out = self.networks_[-1].training, []
-        self.networks_[-1].eval()
+        training, out = [n.training for n in self.networks_], []
+        for network in self.networks_:
+            network.eval()
         for start in range(0, len(codes), _CHUNK):
             frames = np.arange(start, min(start + _CHUNK, len(codes)))
             active = torch.from_numpy(codes.active(frames)).to(device)
             numeric = torch.from_numpy(self.scaler_(codes.numeric(frames))).to(device)
             outputs = torch.stack([n.to(device)(active, numeric).float() for n in self.networks_])
             out.append(outputs.cpu().numpy())
-        self.networks_[-1].train(training)
+        for network, mode in zip(self.networks_, training, strict=True):
+            network.train(mode)
         return np.concatenate(out, axis=1)
+
+
+def _scale(squares: np.ndarray, own: np.ndarray, between: np.ndarray) -> np.ndarray:
+    """Return s, where the mean over frames of ``squares / (s own + between)`` is 1, or as near to it as a small s gets.
+
+    All are (frames, W, D); s is (W, D). With ``between`` of zero, one network, it is the mean of ``squares / own``.
+    """
+    alone = (squares / own).mean(0) + 1e-12
+    if not between.any():
+        return alone
+    low, high = np.full(alone.shape, 1e-12), alone  # more than alone is never needed
+    for _ in range(60):
+        middle = np.sqrt(low * high)
+        above = (squares / (middle * own + between)).mean(0) > 1
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return np.sqrt(low * high)
 
 
 def _store(examples: Sequence[Example], alternative: int | None = None) -> CodeStore:

@@ -51,21 +51,21 @@ def refine(network: nn.Module, train: Sequence[Clip], val: Sequence[Clip], decod
 
     **Source**: Wu and Wang, Minimum generation error training for HMM-based speech synthesis (2006).
     """
-    def loss(clips: Sequence[Clip]) -> Tensor:
+    def errors(clips: Sequence[Clip]) -> Tensor:
+        """Return the squared errors (N, D) of all measured frames."""
         outputs = network(torch.cat([c.active for c in clips]), torch.cat([c.numeric for c in clips]))
         counts = [len(c.static) for c in clips]
         mean, variance = (nn.utils.rnn.pad_sequence(list(part.split(counts)), batch_first=True, padding_value=1.0)
                           for part in decode(outputs))
         x = join(mean, variance, lengths=torch.tensor(counts))
-        errors = [((x[b, : len(c.static)] - c.static) / scale)[c.valid].square() for b, c in enumerate(clips)]
-        return torch.cat(errors).mean()
+        return torch.cat([((x[b, : len(c.static)] - c.static) / scale)[c.valid].square() for b, c in enumerate(clips)])
 
     def validation() -> float:
         network.eval()
         with torch.no_grad():
-            parts = [loss(val[i : i + CLIPS]).item() for i in range(0, len(val), CLIPS)]
+            found = torch.cat([errors(val[i : i + CLIPS]) for i in range(0, len(val), CLIPS)])
         network.train()
-        return float(np.mean(parts))
+        return found.mean().item()
 
     optimizer = torch.optim.AdamW(network.parameters(), settings.refine_rate, weight_decay=settings.weight_decay)
     losses, best = [validation()], copy.deepcopy(network.state_dict())
@@ -73,7 +73,10 @@ def refine(network: nn.Module, train: Sequence[Clip], val: Sequence[Clip], decod
         order = np.random.default_rng([settings.seed, number]).permutation(len(train))
         torch.manual_seed(settings.seed * 1_000_003 + number)
         for start in range(0, len(order), CLIPS):
-            value = loss([train[i] for i in order[start : start + CLIPS]])
+            found = errors([train[i] for i in order[start : start + CLIPS]])
+            if not len(found):
+                continue
+            value = found.mean()
             if not torch.isfinite(value):
                 raise DnnvssError(f"training on trajectories diverged in pass {number}: loss {value.item()}",
                                   remedy="Lower trainer.refine_rate")

@@ -87,6 +87,13 @@ class FitSettings:
         for name in ("learning_rate", "batch_size", "epochs", "share", "clip", "refine_rate"):
             if getattr(self, name) <= 0:
                 raise DnnvssError(f"trainer.{name}={getattr(self, name)} is not positive", remedy="Give more than 0")
+        for name in ("momentum", "weight_decay", "warmup", "patience", "average", "refine", "figure_every"):
+            if getattr(self, name) < 0:
+                raise DnnvssError(f"trainer.{name}={getattr(self, name)} is negative", remedy="Give 0 or more")
+        for name, most in (("share", 1), ("warmup", 1), ("average", 1), ("momentum", 1)):
+            if (value := getattr(self, name)) > most or (value == 1 and name in ("average", "momentum")):
+                raise DnnvssError(f"trainer.{name}={value} is too much",
+                                  remedy="Give 1 at most" if name in ("share", "warmup") else "Give less than 1")
         object.__setattr__(self, "stream_weights", tuple(self.stream_weights))
 
     def diverged(self, where: str, value: float) -> DnnvssError:

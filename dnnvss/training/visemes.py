@@ -17,6 +17,8 @@ from dnnvss.training.settings import FitSettings
 from dnnvss.visemes import DecodingSettings, Evidence, Grammar, sample, viseme_tier, viterbi
 
 _CHUNK = 4096  # frames a forward pass at prediction
+HEEDED = ("learning_rate", "weight_decay", "warmup", "batch_size", "epochs", "share", "clip", "seed")
+"""The settings of a fit that :meth:`UnitNetwork.fit` heeds; its optimiser is AdamW."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,7 @@ class UnitNetwork:
             units: U.
             hidden: width of each layer.
             dropout: share of active columns left out in training.
-            settings: of them optimizer (AdamW alone), learning rate, warm-up, batch size, epochs, share, clip and seed
-                are heeded.
+            settings: those named in :data:`HEEDED`.
 
         Raises:
             DnnvssError: the loss is not finite.
@@ -66,9 +67,11 @@ class UnitNetwork:
         held = made._batches(val, settings, None)
         optimizer = torch.optim.AdamW(network.parameters(), settings.learning_rate,
                                       weight_decay=settings.weight_decay, fused=True)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimizer, settings.learning_rate, total_steps=settings.epochs * len(batches) + 1,
-            pct_start=settings.warmup)
+        steps, rise = settings.epochs * len(batches) + 1, settings.warmup
+        if abs(rise * steps - 1) < 1e-6:  # a rise that ends where it begins is divided by
+            rise += 1e-3 / steps
+        schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, settings.learning_rate, total_steps=steps,
+                                                       pct_start=rise)
         best, weights = np.inf, network.state_dict()
         for epoch in range(settings.epochs):
             batches.epoch = lambda epoch=epoch: epoch  # type: ignore[misc]

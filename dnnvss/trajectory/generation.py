@@ -29,6 +29,8 @@ from dnnvss.trajectory.rules import (
 from dnnvss.trajectory.variance import articulate, dial
 from dnnvss.trajectory.windows import STATIC_DELTA_DELTA2, Windows
 
+_LEAST = 1e-3
+"""Least deviation at rest, as a share of that in speech: a coefficient may stand still in silence."""
 _RAMP = 0.1
 """Seconds over which the articulation dial fades out towards silence, where the face rests."""
 
@@ -84,7 +86,8 @@ class Talker:
             least = [phone_extremes(t, clock, phones, x) for x, t in zip(tracks, tiers, strict=True)]
             return level(least) if sum(map(len, least)) else float("nan")
 
-        return cls(natural, at_rest.mean(axis=0), at_rest.std(axis=0), aperture, lip,
+        spread = np.maximum(at_rest.std(axis=0), np.maximum(_LEAST * np.sqrt(natural), 1e-6))
+        return cls(natural, at_rest.mean(axis=0), spread, aperture, lip,
                    reached(aperture, BILABIALS), reached(lip, LABIODENTALS))
 
     @property

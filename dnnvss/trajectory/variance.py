@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from scipy.linalg import lapack
+from scipy.linalg import eig_banded, solve_banded
 from scipy.optimize import brentq
 
 from dnnvss.errors import DnnvssError
@@ -152,30 +152,44 @@ def with_global_variance(
 
 def _column(bands: np.ndarray, x0: np.ndarray, wanted: float, strength: float) -> np.ndarray:
     """Return the minimiser for one coefficient, ``k = strength (v - wanted)``."""
-    rhs = multiply(bands, x0)
+    rhs, lowest = multiply(bands, x0), _lowest(bands)
     excess = strength * (x0.var() - wanted)
     if excess == 0:
         return x0
 
     def beyond(k: float) -> float:
         """Return how far k is above its own condition; it grows with k, and too low a k has no solution."""
-        x = _shifted_solution(bands, rhs, k)
+        x = _shifted_solution(bands, rhs, k, lowest)
         return -abs(excess) - bands[0].max() if x is None else k - strength * (x.var() - wanted)
 
-    low, high = (-bands[0].max(), 0.0) if excess < 0 else (0.0, excess)
+    low, high = (-float(lowest[1]), 0.0) if excess < 0 else (0.0, excess)
     k = brentq(beyond, low, high, xtol=1e-12 * bands[0].max(), rtol=1e-13, maxiter=_STEPS)
-    x = _shifted_solution(bands, rhs, k)
+    x = _shifted_solution(bands, rhs, k, lowest)
     assert x is not None
     return x
 
 
-def _shifted_solution(bands: np.ndarray, rhs: np.ndarray, k: float) -> np.ndarray | None:
-    """Return the solution of ``(P + k (I - 1 1' / T)) x = rhs``, or None where ``P + k I`` is not positive definite."""
-    shifted = bands.copy()
-    shifted[0] += k
-    sides = np.column_stack([rhs, np.ones(len(rhs))])
-    _, solved, info = lapack.dpbsv(shifted, sides, lower=1)
-    if info:
+def _lowest(bands: np.ndarray) -> np.ndarray:
+    """Return the two least eigenvalues of a banded matrix of two rows or more."""
+    return eig_banded(bands, lower=True, eigvals_only=True, select="i", select_range=(0, 1))
+
+
+def _shifted_solution(bands: np.ndarray, rhs: np.ndarray, k: float, lowest: np.ndarray) -> np.ndarray | None:
+    """Return the solution of ``(P + k C) x = rhs`` with ``C = I - 1 1' / T``, or None where that has no minimum.
+
+    ``P + k C`` may be positive definite where ``P + k I`` is not: the mean, which C leaves alone, is what P holds least.
+    By the lemma on determinants it is, with one negative eigenvalue of ``P + k I``, where the denominator is negative.
+    """
+    negative = int((lowest + k <= 0).sum())
+    if negative > 1:
         return None
-    x, ones = solved.T
-    return x + ones * (k / len(rhs) * x.sum() / (1.0 - k / len(rhs) * ones.sum()))
+    shifted = np.concatenate([bands[:0:-1], bands])
+    for j in range(1, len(bands)):  # the upper diagonals lie to the right
+        shifted[len(bands) - 1 - j] = np.concatenate([np.zeros(j), bands[j, : len(rhs) - j]])
+    shifted[len(bands) - 1] += k
+    reach = len(bands) - 1
+    x, ones = solve_banded((reach, reach), shifted, np.column_stack([rhs, np.ones(len(rhs))])).T
+    below = 1.0 - k / len(rhs) * ones.sum()
+    if not np.isfinite(below) or (below < 0) != bool(negative):
+        return None
+    return x + ones * (k / len(rhs) * x.sum() / below)

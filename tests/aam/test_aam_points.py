@@ -54,7 +54,7 @@ def test_each_labelling_scheme_has_settings_that_fit_it_and_others_refuse_it() -
     fitting = {"lips_jaw_nostrils": ("labelled", 34), "ibug68": ("folder", 36), "face100": ("face100", 100)}
     for scheme, (name, points) in fitting.items():
         assert len(AAMConfig.from_dict(_yaml(name)).points.layout(SCHEMES[scheme].groups).rows) == points
-    with pytest.raises(DnnvssError, match="meant for 17 points of 'face_oval', and the corpus has 23.*aam=face100"):
+    with pytest.raises(DnnvssError, match=r"meant for 17 points of 'face_oval', and the corpus has 23.*aam=face100"):
         AAMConfig.from_dict(_yaml("folder")).points.layout(SCHEMES["face100"].groups)
 
 

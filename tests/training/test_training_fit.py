@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from conftest import CLOCK, TABLE
 from torch import nn
 
@@ -18,6 +19,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.models import Example, FeedForward
 from dnnvss.training import FitSettings, NetworkModel
 from dnnvss.training.checkpoints import load_checkpoint
+from dnnvss.training.devices import process_number
 from dnnvss.training.module import FrameRegression
 
 SETTINGS = FitSettings(epochs=4, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
@@ -120,6 +122,95 @@ def test_a_damaged_checkpoint_is_left_for_an_earlier_one_that_leads_to_the_same_
         network().fit(examples["train"], examples["val"], tmp_path / "cut")
 
 
+def test_a_fit_that_has_ended_is_not_taken_up_again(examples: dict[str, list[Example]], tmp_path: Path,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither one that ran to its last epoch nor one that stopped early, however often it is called."""
+    begun: list[int] = []
+    begin = FrameRegression.on_train_epoch_start
+
+    def counted(self: FrameRegression) -> None:
+        begun.append(self.current_epoch)
+        begin(self)
+
+    monkeypatch.setattr(FrameRegression, "on_train_epoch_start", counted)
+    hasty = replace(SETTINGS, learning_rate=0.3, batch_size=16, epochs=30, patience=2)
+    for name, settings in (("ended", replace(hasty, epochs=8, patience=30)), ("stopped", hasty)):
+        models = []
+        for _ in range(3):
+            models.append(network(settings))
+            models[-1].fit(examples["train"], examples["val"], tmp_path / name)
+        assert len(begun) == len(set(begun)) < 30
+        kept = {k: load_checkpoint(tmp_path / name / "checkpoints" / f"{k}.ckpt")["epoch"] for k in ("last", "best")}
+        assert kept["last"] == begun[-1] > kept["best"]
+        for other in models[1:]:
+            np.testing.assert_array_equal(weights(other), weights(models[0]))
+        begun.clear()
+
+
+def test_a_run_folder_that_was_moved_resumes_to_the_same_weights(examples: dict[str, list[Example]],
+                                                                 tmp_path: Path) -> None:
+    """Also where the best epoch lies before the move."""
+    hasty = replace(SETTINGS, learning_rate=0.3, batch_size=16, epochs=10, patience=30, warmup=0)
+    whole, resumed = network(hasty), network(hasty)
+    whole.fit(examples["train"], examples["val"], tmp_path / "whole")
+    best = load_checkpoint(tmp_path / "whole" / "checkpoints" / "best.ckpt")["epoch"]
+    assert best < 9
+    network(replace(hasty, epochs=best + 1)).fit(examples["train"], examples["val"], tmp_path / "here")
+    (tmp_path / "here").rename(tmp_path / "there")
+    resumed.fit(examples["train"], examples["val"], tmp_path / "there")
+    np.testing.assert_array_equal(weights(resumed), weights(whole))
+
+
+def test_the_average_keeps_no_history(examples: dict[str, list[Example]], tmp_path: Path,
+                                      monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[bool] = []
+    end = FrameRegression.on_train_epoch_end
+
+    def looked(self: FrameRegression) -> None:
+        assert self.average is not None
+        seen.extend(p.requires_grad for p in self.average.parameters())
+        end(self)
+
+    monkeypatch.setattr(FrameRegression, "on_train_epoch_end", looked)
+    network(replace(SETTINGS, epochs=1, average=0.9)).fit(examples["train"], examples["val"], tmp_path)
+    assert seen and not any(seen)
+
+
+def test_a_prediction_is_made_without_dropout_and_leaves_every_member_as_it_was(
+        examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16], dropout=0.5), replace(SETTINGS, epochs=1),
+                         members=2)
+    model.fit(examples["train"], examples["val"], tmp_path)
+    model.networks_[0].train()
+    with torch.inference_mode():
+        first, second = (model.predict(examples["test"][0]).mean for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+    assert [n.training for n in model.networks_] == [True, False]
+
+
+def test_a_coefficient_that_stands_still_in_training_does_not_rule_the_error(
+        examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    def still(example: Example, value: float) -> Example:
+        targets = example.targets.copy()
+        targets[:, 0, -1], targets[:, 1:, -1] = value, 0.0
+        return replace(example, targets=targets)
+
+    model = network(replace(SETTINGS, epochs=1))
+    model.fit([still(e, 1.0) for e in examples["train"]], [still(e, 1.0001) for e in examples["val"]], tmp_path)
+    assert (model.deviation_[:, -1] > 1e-5 * model.deviation_[:, 0]).all()
+
+
+@pytest.mark.parametrize("told, number", [({}, 0), ({"LOCAL_RANK": "1"}, 1), ({"NODE_RANK": "1"}, 1),
+                                          ({"NODE_RANK": "0", "LOCAL_RANK": "0"}, 0), ({"RANK": "0"}, 0),
+                                          ({"RANK": "3", "LOCAL_RANK": "0"}, 3), ({"SLURM_PROCID": "2"}, 2)])
+def test_one_process_alone_is_the_first(told: dict[str, str], number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("RANK", "SLURM_PROCID", "LOCAL_RANK", "NODE_RANK", "GROUP_RANK"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in told.items():
+        monkeypatch.setenv(name, value)
+    assert process_number() == number
+
+
 @pytest.mark.slow
 def test_a_fit_killed_at_any_moment_ends_as_one_that_was_not(tmp_path: Path) -> None:
     """In the first epoch, in a later one, with half a checkpoint written, between the best and the last."""
@@ -201,7 +292,9 @@ def test_checkpoint_holds_plain_containers(examples: dict[str, list[Example]], t
     assert "state_dict" in load_checkpoint(tmp_path / "checkpoints" / "last.ckpt")
 
 
-@pytest.mark.parametrize("wrong", [{"optimizer": "lbfgs"}, {"learning_rate": 0.0}, {"reduction": "none"}])
+@pytest.mark.parametrize("wrong", [{"optimizer": "lbfgs"}, {"learning_rate": 0.0}, {"reduction": "none"}, {"share": 1.5},
+                                   {"average": 1.0}, {"average": -0.1}, {"warmup": 5.0}, {"patience": -1},
+                                   {"figure_every": -1}, {"momentum": 1.0}])
 def test_settings_refuse_nonsense(wrong: dict) -> None:
     with pytest.raises(DnnvssError, match=f"trainer.{next(iter(wrong))}"):
         FitSettings(**wrong)

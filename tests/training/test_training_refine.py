@@ -73,6 +73,31 @@ def test_refining_lowers_the_trajectory_error_and_restores(
     np.testing.assert_array_equal(other.predict(examples["test"][0]).mean, model.predict(examples["test"][0]).mean)
 
 
+def test_predicted_variances_of_several_members_fit_the_validation_errors(
+        tmp_path: Path, examples: dict[str, list[Example]]) -> None:
+    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), replace(SETTINGS, refine=0), members=3,
+                         variances=True)
+    model.fit(examples["train"], examples["val"], tmp_path)
+    found = [(model.predict(e), e.targets) for e in examples["val"]]
+    scores = np.concatenate([(p.mean - t) ** 2 / p.variance for p, t in found]).mean(axis=0)
+    np.testing.assert_allclose(scores, 1.0, rtol=1e-4)
+
+
+def test_clips_without_a_measured_frame_say_nothing(tmp_path: Path, examples: dict[str, list[Example]]) -> None:
+    model, blind = network(), replace(SETTINGS, refine=2)
+    model.fit(examples["train"], examples["val"], tmp_path)
+    state = model.state()
+    results = []
+    unseen = [replace(e, valid=np.zeros_like(e.valid)) for e in examples["test"]] * 4  # eight: a whole group
+    for more in ([], unseen):
+        again = network(blind)
+        again.load_state(state)
+        again.refine(examples["train"], [*more, *examples["val"]], JOIN)
+        results.append(again.predict(examples["test"][0]).mean)
+    np.testing.assert_array_equal(*results)
+    assert not np.array_equal(results[0], model.predict(examples["test"][0]).mean)
+
+
 def test_divergence_is_named(tmp_path: Path, examples: dict[str, list[Example]]) -> None:
     model = network(replace(SETTINGS, epochs=1, refine_rate=1e30))
     model.fit(examples["train"], examples["val"], tmp_path)

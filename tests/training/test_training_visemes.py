@@ -61,6 +61,46 @@ def test_units_that_follow_from_phones_are_found(learnt: VisemePredictor, exampl
         assert right.mean() > 0.85
 
 
+def test_a_rise_of_the_rate_that_lasts_one_step_is_no_division_by_zero(examples: dict[str, list[Example]]) -> None:
+    pairs = [(e.codes, unit_targets(gestures(e), CLOCK)) for e in examples["train"]]
+    frames = sum(len(codes) for codes, _ in pairs)
+    short = replace(SETTINGS, epochs=3, batch_size=frames, warmup=0.25)  # four steps by the count of the schedule
+    assert UnitNetwork.fit(pairs, pairs, 4, [8], 0.1, short).units == 4
+
+
+def test_one_batch_an_epoch_still_takes_its_inputs_from_all_alternatives(examples: dict[str, list[Example]],
+                                                                         tmp_path: Path) -> None:
+    shown = [with_visemes(e, gestures(e)) for e in examples["train"]]
+    others = [replace(e, alternatives=(replace(e).codes.with_table(BOTH),)) for e in shown]
+    model = NetworkModel(BOTH, CLOCK, partial(FeedForward, hidden=[8]), SETTINGS)
+    model.fit(shown, shown[:1], tmp_path)
+    frames = sum(len(e.codes) for e in shown)
+    batches = model._batches([replace(e, valid=np.ones(len(e.codes), bool)) for e in others], tmp_path, seed=0)
+    batches.batch_size, batches.share = frames, 1.0
+    turns = []
+    for epoch in range(4):
+        batches.epoch = lambda epoch=epoch: epoch
+        first = batches.stores
+        batches.stores = tuple(_Spy(store, k, turns) for k, store in enumerate(first))
+        list(batches)
+        batches.stores = first
+    assert turns == [0, 1, 0, 1]
+
+
+class _Spy:
+    """A store that notes when it is asked."""
+
+    def __init__(self, store: object, number: int, turns: list[int]) -> None:
+        self.store, self.number, self.turns = store, number, turns
+
+    def active(self, frames: np.ndarray) -> np.ndarray:
+        self.turns.append(self.number)
+        return self.store.active(frames)  # type: ignore[attr-defined]
+
+    def numeric(self, frames: np.ndarray) -> np.ndarray:
+        return self.store.numeric(frames)  # type: ignore[attr-defined]
+
+
 def test_samples_span_the_utterance_and_agree_mostly(learnt: VisemePredictor,
                                                      examples: dict[str, list[Example]]) -> None:
     example = examples["test"][0]

@@ -138,6 +138,16 @@ def test_what_the_talker_never_showed_is_left_out():
         Talker.of([movement(0)], [Tier("phones", [(0, 2.0, "sil")])], CLOCK, face())
 
 
+def test_a_coefficient_that_stands_still_in_silence_can_be_pulled_to_rest():
+    references = [movement(seed) for seed in range(3)]
+    for x in references:
+        x[silent_frames(TIER, CLOCK, 200), 1] = -0.5
+    talker = Talker.of(references, [TIER] * 3, CLOCK, face())
+    mean, variance = prediction()
+    x = generate(mean, variance, TIER, CLOCK, talker, Style(rest=True))
+    assert np.isfinite(x).all() and x[2, 1] == pytest.approx(-0.5, abs=0.02)
+
+
 def test_a_key_that_opens_the_mouth_on_b_wins_over_the_rule(talker):
     mean, variance = prediction(0.3)
     style = Style(closures=True, contacts=True)

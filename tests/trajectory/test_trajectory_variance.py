@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 from trajectory.trajectory_cases import dense_normal_matrix
 
 from dnnvss import DnnvssError
-from dnnvss.trajectory import STATIC_DELTA, STATIC_DELTA_DELTA2, mlpg
+from dnnvss.trajectory import STATIC_DELTA, STATIC_DELTA_DELTA2, derivatives, mlpg
 from dnnvss.trajectory.variance import GlobalVariance, articulate, dial, with_global_variance
 
 
@@ -76,6 +76,28 @@ def test_global_variance_equals_a_general_optimiser(windows, wanted, weight):
     assert cost(ours)[0] <= cost(best)[0] + 1e-9
     assert np.abs(cost(ours)[1]).max() < 1e-7
     assert np.abs(ours - best).max() < 1e-4
+
+
+@pytest.mark.parametrize("frames", [2, 3, 60, 120])
+@pytest.mark.parametrize("growth", [0.5, 1.5, 3.0])
+def test_global_variance_is_found_where_the_mean_is_what_is_held_least(frames, growth):
+    """A slow movement that must grow: the matrix is definite only without the mean."""
+    t = np.arange(frames) / 100
+    mean = derivatives(0.6 * (np.sin(6 * np.pi * t + 1) + 0.7 * np.sin(10 * np.pi * t))[:, None])
+    variance = np.array([0.5, 1e-3, 1e-4])[:, None] * np.ones((frames, 1, 1))
+    x0 = mlpg(mean, variance)
+    wanted = growth * x0.var()
+    normal = dense_normal_matrix(variance, STATIC_DELTA_DELTA2)
+
+    def cost(x):
+        d, v, spread = x - x0[:, 0], x.var(), (0.2 * wanted) ** 2
+        slope = 2 * normal @ d / (3 * frames) + 2 * (v - wanted) / spread * 2 / frames * (x - x.mean())
+        return d @ normal @ d / (3 * frames) + (v - wanted) ** 2 / spread, slope
+
+    x = with_global_variance(x0, variance, GlobalVariance(np.array([wanted]), np.array([(0.2 * wanted) ** 2])))[:, 0]
+    best = minimize(cost, x0[:, 0] * np.sqrt(growth), jac=True, method="L-BFGS-B", options={"maxiter": 5000}).fun
+    assert cost(x)[0] <= best * (1 + 1e-6) and cost(x)[0] < cost(x0[:, 0])[0]
+    assert np.abs(cost(x)[1]).max() < 1e-6 * np.abs(cost(x0[:, 0])[1]).max()
 
 
 def test_without_weight_the_trajectory_is_the_same():
