@@ -75,16 +75,14 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
     Raises:
         DnnvssError: a split has no utterance with a measured frame.
     """
-    found = {}
     for name in SPLITS:
-        utterances = [u for u in corpus.split(name, variant) if u.id not in encoded.dropped]
-        if not any(encoded.clip(u.id).valid.any() for u in utterances):
-            left = len(corpus.split(name, variant)) - len(utterances)
-            raise DnnvssError(f"the split {name!r} has {len(utterances)} utterances and no measured frame; {left} were "
-                              "left out (see above)", file=corpus.root,
+        given = corpus.split(name, variant)
+        kept = [u for u in given if u.id not in encoded.dropped]
+        if not any(encoded.clip(u.id).valid.any() for u in kept):
+            raise DnnvssError(f"the split {name!r} has no measured frame: {len(kept)} utterances, and "
+                              f"{len(given) - len(kept)} left out (see above)", file=corpus.root,
                               remedy="Mend or replace these clips, or give the split more of them, and prepare again")
-        found[name] = _in(scratch, make_examples(task, utterances, encoded, visemes))
-    return found
+    return {name: _in(scratch, make_examples(task, corpus.split(name, variant), encoded, visemes)) for name in SPLITS}
 
 
 def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:

@@ -57,7 +57,7 @@ def check_settings(folder: Path, config: DictConfig, fingerprint: str) -> None:
     if changed:
         more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
         raise DnnvssError(f"holds a run with other settings: {', '.join(changed[:3])}{more}", file=folder,
-                          remedy="Leave run= out or name another folder; overwrite=true deletes this run and begins anew")
+                          remedy="Leave run= out or name another folder; overwrite=true deletes this run first")
 
 
 def _flat(value: Any, name: str = "") -> dict[str, Any]:

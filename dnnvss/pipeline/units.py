@@ -29,7 +29,7 @@ from dnnvss.training import FitSettings
 from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.settings import SHARING
 from dnnvss.training.visemes import HEEDED, UnitNetwork, VisemePredictor, unit_sequence, unit_targets
-from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, learn, point_view, unit_scores
+from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, gesture_view, learn, unit_scores
 
 _ALGORITHM = 1
 """Raised when the code changes what it computes, so that old caches are not taken for new."""
@@ -220,7 +220,8 @@ def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: Fr
 
 def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan) -> CorpusUnits:
     clips = {name: viseme_clips(corpus.split(name, variant), encoded, clock) for name in SPLITS}
-    visemes = learn(list(clips["train"].values()), clock, plan.learning, point_view(encoded.model))
+    visemes = learn(list(clips["train"].values()), clock, plan.learning,
+                    gesture_view(encoded.model, plan.learning.gestures))
     print(f"dynamic visemes: {len(visemes)} units from {len(clips['train'])} utterances")
     oracle = {i: visemes.tier(clip) for part in clips.values() for i, clip in part.items()}
     codes = {i: encode(corpus.utterances[i].alignment, corpus.utterances[i].text, plan.predictor.table, clock)

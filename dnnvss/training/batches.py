@@ -66,8 +66,8 @@ class FrameBatches(IterableDataset):
             numbers = range(first, min(first + at_once, len(self)))
             batches = [[order[k * self.batch_size : (k + 1) * self.batch_size] for order in orders] for k in numbers]
             own = [[frames[rank::world] if len(frames) > rank else frames[:1] for frames in batch] for batch in batches]
-            before = self.epoch() * len(self)  # the stores' turns go on from epoch to epoch
-            yield self.draw([_joined(batch) for batch in own], before + first)  # too few frames to share: one of them twice
+            turn = self.epoch() * len(self) + first  # the stores' turns go on from epoch to epoch
+            yield self.draw([_joined(batch) for batch in own], turn)  # too few frames to share: one of them twice
 
     def _order(self, member: int) -> Any:
         order: Any = self.frames

@@ -116,15 +116,20 @@ class NetworkModel(VisualModel):
         Members, and labels that may be true as well, are equal parts of a mixture, whose mean and variance are given.
         """
         mean, own, between = self._mixture(example)
-        return Prediction(mean, own + between if self.variances else own)
+        return Prediction(mean, own if between is None else own + between)
 
-    def _mixture(self, example: Example) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the mean of the parts, the mean of their own variances and the variance of their means, (T, W, D)."""
+    def _mixture(self, example: Example) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Return the mean of the parts, the mean of their own variances and the variance of their means, (T, W, D).
+
+        The last is None where there is but one part, or variances are not predicted.
+        """
         outputs = np.concatenate([self._forward(c) for c in (example.codes, *example.alternatives)])
         parts = [self._decode(torch.from_numpy(o)) for o in outputs]
+        if len(parts) == 1:
+            return parts[0][0].numpy(), parts[0][1].numpy(), None
         mean = torch.stack([m for m, _ in parts])
         own = torch.stack([v for _, v in parts]).mean(0)
-        return mean.mean(0).numpy(), own.numpy(), mean.var(0, unbiased=False).numpy()
+        return mean.mean(0).numpy(), own.numpy(), mean.var(0, unbiased=False).numpy() if self.variances else None
 
     def _decode(self, outputs: Tensor) -> tuple[Tensor, Tensor]:
         """Return means and variances (frames, W, D), in parameter units, of outputs (frames, ...)."""
@@ -140,13 +145,14 @@ class NetworkModel(VisualModel):
     def _fit_variance(self, val: Sequence[Example]) -> None:
         """Take the variance of the errors on the validation frames, or what predicted variances are to be scaled by."""
         self.variance_ = np.ones(self.mean_.shape)
-        found = [(*self._mixture(e), e) for e in val]
-        error = np.concatenate([(m - e.targets)[e.valid] for m, _, _, e in found]).astype(np.float64)
+        found = [(e.valid, e.targets, *self._mixture(e)) for e in val]
+        error = np.concatenate([(mean - targets)[valid] for valid, targets, mean, _, _ in found]).astype(np.float64)
         if not self.variances:
             self.variance_ = error.var(0) + 1e-12
             return
-        own, between = (np.concatenate([f[part][f[3].valid] for f in found]).astype(np.float64) for part in (1, 2))
-        self.variance_ = _scale(np.square(error), own, between)
+        own = np.concatenate([own[valid] for valid, _, _, own, _ in found]).astype(np.float64)
+        between = [between[valid] for valid, *_, between in found if between is not None]
+        self.variance_ = _scale(np.square(error), own, np.concatenate(between).astype(np.float64) if between else None)
 
     def state(self) -> dict[str, Any]:
         """Return weights, scalers and error variances."""
@@ -208,13 +214,13 @@ class NetworkModel(VisualModel):
         return np.concatenate(out, axis=1)
 
 
-def _scale(squares: np.ndarray, own: np.ndarray, between: np.ndarray) -> np.ndarray:
+def _scale(squares: np.ndarray, own: np.ndarray, between: np.ndarray | None) -> np.ndarray:
     """Return s, where the mean over frames of ``squares / (s own + between)`` is 1, or as near to it as a small s gets.
 
-    All are (frames, W, D); s is (W, D). With ``between`` of zero, one network, it is the mean of ``squares / own``.
+    All are (frames, W, D); s is (W, D).
     """
     alone = (squares / own).mean(0) + 1e-12
-    if not between.any():
+    if between is None:
         return alone
     low, high = np.full(alone.shape, 1e-12), alone  # more than alone is never needed
     for _ in range(60):

@@ -5,7 +5,6 @@ matrix of row ``b`` of the batch and column ``d``. Each (b, d) is a system of it
 ``factor = factorise(bands)``, ``factor.solve(rhs)``.
 """
 
-from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
@@ -17,9 +16,6 @@ from dnnvss.errors import DnnvssError
 _LAPACK_COLUMNS = 400
 """Up to so many columns the compiled sweep down each column wins over a sweep in numpy across the columns
 (measured)."""
-
-_LOOK = 8
-"""How often, in frames, it is looked where the rows of an inverse end."""
 
 _SINGULAR = 1e-13
 """A pivot smaller than this share of its diagonal entry means that the frames before leave nothing determined."""
@@ -118,10 +114,6 @@ class Sweep:
         else:
             self.lower, self.pivot = _sweep(bands.numpy())
 
-    def unit_factor(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return multipliers (T + K, K, B, D) and pivots (T, B, D), as :func:`_sweep` does."""
-        return self.lower, self.pivot
-
     def solve(self, padded: torch.Tensor) -> torch.Tensor:
         """Return the solutions (T, B, D), in the memory that was given."""
         reach, whole = self.reach, padded.numpy()
@@ -172,42 +164,6 @@ def _eliminate(source: np.ndarray, lower: np.ndarray, pivot: np.ndarray) -> None
                 value -= np.multiply(undivided[m], lower[t - k, reach - (m - k)], out=scratch)
             np.divide(value, pivot[t - k], out=lower[t, reach - k])
             pivot[t] -= np.multiply(value, lower[t, reach - k], out=scratch)
-
-
-def inverse_rows(lower: np.ndarray, pivot: np.ndarray, dead: float) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield ``(t, row)`` for t from the last frame down to 0: ``row[k]`` stands in row t, column t + k of the inverse.
-
-    Each is a view (frames, D) that the next ones overwrite. A row ends where the inverse is dead: below that share of
-    its diagonal, then and in all rows above.
-
-    Args:
-        lower, pivot: multipliers (T + K, K, D) and pivots (T, D), as ``unit_factor`` gives them for one row of a batch.
-        dead: the share.
-
-    **Source**: Takahashi, Fagan and Chen, Formation of a sparse bus impedance matrix (1973): with ``P = L D L'`` the
-        inverse Z solves ``L' Z = D^-1 L^-1``, whose right-hand side is zero above the diagonal, so each row of Z is a
-        sum of the K rows below it.
-    """
-    frames, reach = len(pivot), lower.shape[1]
-    kept = np.zeros((reach + 1, *pivot.shape))  # the last K + 1 rows, in turn
-    scratch, stop = np.empty_like(pivot), frames
-    for t in range(frames - 1, -1, -1):
-        row = kept[t % (reach + 1)]
-        behind, terms = row[t + 1 : stop], scratch[t + 1 : stop]
-        behind[:] = 0.0
-        row[t] = 1.0 / pivot[t]
-        near = range(1, min(reach, frames - 1 - t) + 1)
-        for k in near:
-            np.multiply(kept[(t + k) % (reach + 1), t + 1 : stop], lower[t + k, reach - k], terms)
-            np.subtract(behind, terms, behind)
-        for k in near:
-            row[t] -= lower[t + k, reach - k] * row[t + k]
-            kept[(t + k) % (reach + 1), t] = row[t + k]  # the matrix is symmetric
-        if t % _LOOK == 0:
-            alive = (np.abs(row[t:stop]) > dead * row[t]).any(axis=1)
-            stop = t + max(int(np.flatnonzero(alive)[-1]), reach) + 1
-            stop = min(stop, frames)
-        yield t, row[t:stop]
 
 
 class CyclicReduction:

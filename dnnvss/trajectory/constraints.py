@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -194,26 +195,35 @@ def constrain(
     if constraints.vectors.shape[1:] != start.shape[1:]:
         raise DnnvssError(f"constraints on {constraints.vectors.shape[1]} parameters do not fit a trajectory of shape "
                           f"{start.shape}", remedy="Give functionals of the parameters of this model")
-    if not len(constraints) or not constraints.violations(start.astype(float), windows).any():
+    if not len(constraints):
         return start
     problem = _Dual(start.astype(float), variance, constraints, windows)
-    return problem.solution().astype(start.dtype)
+    return problem.solution().astype(start.dtype) if problem.broken else start
 
 
 class _Dual:
     """Finds the multipliers u of the constraints; the trajectory is ``x0 + P^-1 A' u``."""
 
     def __init__(self, start: np.ndarray, variance: Any, constraints: Constraints, windows: Windows) -> None:
-        frames, columns = start.shape
-        streams = torch.empty(1, frames, len(windows), columns, dtype=torch.float64)
-        precision = precision_of(variance, streams)
-        self.equations = NormalEquations(precision, windows, None, streams.shape)
+        self.variance, self.windows = variance, windows
         self.start, self.constraints = start, constraints.taken(np.argsort(constraints.frames, kind="stable"))
-        self.rows = self.constraints.matrix(frames, windows)
+        self.rows = self.constraints.matrix(len(start), windows)
         self.low, self.high = self.constraints.low, self.constraints.high
         self.compliance = self.constraints.softness**2
         sizes = [np.where(np.isfinite(b), np.abs(b), 0.0) for b in (self.low, self.high)]
         self.scale = sizes[0] + sizes[1] + abs(self.rows) @ np.abs(start).ravel() + np.finfo(float).tiny
+
+    @property
+    def broken(self) -> bool:
+        """Whether the trajectory that was given breaks a constraint."""
+        reached = self.rows @ self.start.ravel()
+        return bool(((reached < self.low) | (reached > self.high)).any())
+
+    @cached_property
+    def equations(self) -> NormalEquations:
+        """P, factorised."""
+        streams = torch.empty(1, len(self.start), len(self.windows), self.start.shape[1], dtype=torch.float64)
+        return NormalEquations(precision_of(self.variance, streams), self.windows, None, streams.shape)
 
     def solution(self) -> np.ndarray:
         """Return the trajectory; constraints that never come into play are not solved for.

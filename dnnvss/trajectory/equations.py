@@ -1,15 +1,17 @@
 """The normal equations of parameter generation: a banded matrix for each column, with held edges."""
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import torch
 
 from dnnvss.errors import DnnvssError
-from dnnvss.trajectory.banded import Factor, Lapack, Sweep, factorise, inverse_rows, pad
+from dnnvss.trajectory.banded import Factor, factorise, pad
 from dnnvss.trajectory.windows import Windows, as_tensor
+
+_SHORT, _MARGIN = 640, 64
+"""Up to so many frames an utterance is not cut; else so many to each side are looked at first."""
 
 
 def precision_of(variance: Any, mean: torch.Tensor, counts: torch.Tensor | None = None) -> torch.Tensor:
@@ -86,14 +88,37 @@ class NormalEquations:
         """Return the solution (B, T, D) for right-hand sides (T, B, D)."""
         return self.factor.solve(pad(rhs, 2 * self.windows.reach)).transpose(0, 1)
 
-    def inverse_rows(self, dead: float) -> Iterator[tuple[int, np.ndarray]]:
-        """Yield the rows of the inverse, last frame first; see :func:`dnnvss.trajectory.banded.inverse_rows`.
+    def inverse_columns(self, frames: np.ndarray, dead: float) -> tuple[int, np.ndarray]:
+        """Return columns of the inverse where they are not dead: the first frame, and (frames from there, len, D).
 
-        For a batch of one on the processor.
+        For a batch of one. Influence dies out exponentially, so that of a long utterance no more than the surroundings
+        are looked at, cut out of the matrix.
+
+        Args:
+            frames: which columns, in order of time.
+            dead: share of a column's peak below which its end may be cut.
         """
-        assert isinstance(self.factor, Lapack | Sweep)
-        lower, pivot = self.factor.unit_factor()
-        return inverse_rows(lower[:, :, 0], pivot[:, 0], dead)
+        count, margin = self.shape[1], _MARGIN
+        while True:
+            first, last = max(int(frames[0]) - margin, 0), min(int(frames[-1]) + margin + 1, count)
+            if 2 * (last - first) > count or count <= _SHORT:
+                first, last = 0, count
+            unit = torch.zeros(last - first, len(frames), self.shape[3], dtype=torch.float64, device=self.bands.device)
+            unit[torch.as_tensor(frames - first), torch.arange(len(frames))] = 1.0
+            factor = self.factor if last - first == count else factorise(self._cut(first, last), batch=len(frames))
+            columns = factor.solve(pad(unit, len(self.bands) - 1)).cpu().numpy()
+            limit = dead * np.abs(columns).max(axis=0)
+            ends = [columns[end] for end, cut in ((0, first > 0), (-1, last < count)) if cut]
+            if all((np.abs(end) <= limit).all() for end in ends):
+                return first, columns
+            margin *= 2
+
+    def _cut(self, first: int, last: int) -> torch.Tensor:
+        """Return the bands of the frames from ``first`` to before ``last``, as if there were no others."""
+        cut = self.bands[:, first:last].clone()
+        for k in range(1, len(cut)):
+            cut[k, max(last - first - k, 0) :] = 0.0
+        return cut
 
     def _last(self, front: int) -> Any:
         """Return the extended index of the last true frame: a number, or one for each row."""

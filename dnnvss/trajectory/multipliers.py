@@ -1,5 +1,7 @@
 """The dual of a trajectory under linear ranges: a banded matrix of influences, and the multipliers that it gives."""
 
+from itertools import pairwise
+
 import numpy as np
 import scipy.sparse
 from scipy.linalg import lapack
@@ -7,6 +9,7 @@ from scipy.linalg import lapack
 from dnnvss.errors import DnnvssError
 from dnnvss.trajectory.equations import NormalEquations
 
+_CHUNK = 256
 _DEAD = 1e-9
 """Influence below this share of its peak is cut; the sweeps of :mod:`dnnvss.trajectory.constraints` make up for it."""
 _PATIENCE = 4
@@ -15,8 +18,8 @@ _PATIENCE = 4
 def influences(equations: NormalEquations, rows: scipy.sparse.csr_array, columns: int) -> np.ndarray:
     """Return ``A P^-1 A'`` as lower bands (K + 1, M): entry ``[k, i]`` stands in row ``i + k``, column ``i``.
 
-    What one constraint does to another dies out exponentially with the frames between them, so the matrix is banded. It
-    is gathered from the rows of the inverse as these come by, linear in T.
+    What one constraint does to another dies out exponentially with the frames between them, so the matrix is banded and
+    is computed in chunks of time, linear in T.
 
     Args:
         equations: P, a batch of one.
@@ -24,16 +27,19 @@ def influences(equations: NormalEquations, rows: scipy.sparse.csr_array, columns
         columns: D.
     """
     frame, row, vector = _by_frame(rows, columns)
-    starts = np.searchsorted(frame, np.arange(rows.shape[1] // columns + 1))
+    edges = [0, *(np.flatnonzero(np.diff(frame // _CHUNK)) + 1), len(frame)]
     lags, places, effects = [], [], []
-    for t, inverse in equations.inverse_rows(_DEAD):
-        first, behind, end = starts[t], starts[t + 1], starts[t + len(inverse)]
-        if first == behind:
-            continue
-        own, met = row[first:behind], row[first:end, None]
-        effect = (inverse[frame[first:end] - t] * vector[first:end]) @ vector[first:behind].T
+    for start, stop in pairwise(edges):
+        touched, column = np.unique(frame[start:stop], return_inverse=True)
+        first, inverse = equations.inverse_columns(touched, _DEAD)
+        end = np.searchsorted(frame, first + len(inverse))
+        own, met = row[start:stop], row[start:end, None]
+        response = inverse[frame[start:end] - first] * vector[start:end, None]
+        effect = np.einsum("mud,ud->mu", response[:, column], vector[start:stop])
         effect[: len(own)] = np.tril(effect[: len(own)])  # each pair once; its mirror image is not stored
-        effect[len(own) :] *= 1.0 + (met[len(own) :] == own)  # on the diagonal it is its own mirror image
+        again = met == own
+        np.fill_diagonal(again, False)
+        effect[again] *= 2.0  # on the diagonal it is its own mirror image
         lags.append(np.abs(met - own).ravel())
         places.append(np.minimum(met, own).ravel())
         effects.append(effect.ravel())

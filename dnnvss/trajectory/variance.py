@@ -177,8 +177,9 @@ def _lowest(bands: np.ndarray) -> np.ndarray:
 def _shifted_solution(bands: np.ndarray, rhs: np.ndarray, k: float, lowest: np.ndarray) -> np.ndarray | None:
     """Return the solution of ``(P + k C) x = rhs`` with ``C = I - 1 1' / T``, or None where that has no minimum.
 
-    ``P + k C`` may be positive definite where ``P + k I`` is not: the mean, which C leaves alone, is what P holds least.
-    By the lemma on determinants it is, with one negative eigenvalue of ``P + k I``, where the denominator is negative.
+    ``P + k C`` may be positive definite where ``P + k I`` is not: the mean, which C leaves alone, is what P holds
+    least. By the lemma on determinants it is, with one negative eigenvalue of ``P + k I``, where the denominator is
+    negative.
     """
     negative = int((lowest + k <= 0).sum())
     if negative > 1:

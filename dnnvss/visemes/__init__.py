@@ -6,9 +6,21 @@ from dnnvss.visemes.gestures import RULES, Gestures, GestureSettings, cut, refer
 from dnnvss.visemes.grammar import Grammar
 from dnnvss.visemes.measure import BoundaryScores, UnitScores, boundary_scores, label_agreement, unit_scores
 from dnnvss.visemes.selection import Choice, compare_units
-from dnnvss.visemes.units import REST, TIER, Clip, Visemes, VisemeSettings, aligned_clip, learn, point_view, viseme_tier
+from dnnvss.visemes.units import (
+    REST,
+    TIER,
+    Clip,
+    Visemes,
+    VisemeSettings,
+    aligned_clip,
+    gesture_view,
+    learn,
+    point_view,
+    viseme_tier,
+)
 
 __all__ = ["METHODS", "REST", "RULES", "TIER", "BoundaryScores", "Choice", "Clip", "DecodingSettings", "Evidence",
            "GestureSettings", "Gestures", "Grammar", "Partition", "UnitScores", "VisemeSettings", "Visemes",
-           "aligned_clip", "boundary_scores", "compare_units", "cut", "label_agreement", "learn", "partition",
-           "point_view", "reference_speed", "sample", "silence_mask", "unit_scores", "viseme_tier", "viterbi"]
+           "aligned_clip", "boundary_scores", "compare_units", "cut", "gesture_view", "label_agreement", "learn",
+           "partition", "point_view", "reference_speed", "sample", "silence_mask", "unit_scores", "viseme_tier",
+           "viterbi"]

@@ -10,6 +10,7 @@ from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, FrameClock
 
 RULES = ("speed", "acceleration")
+LOOKS = ("points", "coefficients")
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,7 @@ class GestureSettings:
 
     Args:
         rule: ``speed`` cuts at minima of speed; ``acceleration`` where the acceleration changes sign.
+        looks: at what: ``points`` of the face in pixels, or ``coefficients`` of the model, as the paper does.
         coefficients: how many of the leading coefficients are looked at; 0 for all.
         smoothing: standard deviation in seconds of the Gaussian that the trajectory is smoothed with.
         prominence: how clear a cut must be: for ``speed`` the depth of the minimum in nats (0.4: the speed falls by a
@@ -32,6 +34,7 @@ class GestureSettings:
     """
 
     rule: str = "speed"
+    looks: str = "points"
     coefficients: int = 0
     smoothing: float = 0.01
     prominence: float = 0.4
@@ -43,8 +46,10 @@ class GestureSettings:
     def __post_init__(self) -> None:
         if self.rule not in RULES:
             raise DnnvssError(f"visemes: unknown rule {self.rule!r}", remedy=f"Choose one of {', '.join(RULES)}")
+        if self.looks not in LOOKS:
+            raise DnnvssError(f"visemes: gestures look at {self.looks!r}", remedy=f"Choose one of {', '.join(LOOKS)}")
         for name, value in vars(self).items():
-            if name != "rule" and not value >= 0:
+            if name not in ("rule", "looks") and not value >= 0:
                 raise DnnvssError(f"visemes: {name} is {value}", remedy="Give a number that is not negative")
 
 

@@ -193,6 +193,20 @@ def learn(clips: Sequence[Clip], clock: FrameClock, settings: VisemeSettings | N
     return Visemes(settings, str(clock), reference, view, scale, result.centres[order], means, seconds, counts)
 
 
+def gesture_view(model: ActiveAppearanceModel, settings: GestureSettings) -> np.ndarray | None:
+    """Return what :func:`learn` is to look at by the settings: the points of the face, or the coefficients (None).
+
+    Raises:
+        DnnvssError: leading coefficients are asked for where points are looked at.
+    """
+    if settings.looks == "coefficients":
+        return None
+    if settings.coefficients:
+        raise DnnvssError(f"visemes: gestures.coefficients={settings.coefficients} with gestures.looks=points",
+                          remedy="Set visemes.gestures.looks=coefficients, or coefficients to 0")
+    return point_view(model)
+
+
 def point_view(model: ActiveAppearanceModel) -> np.ndarray:
     """Return the view (D, 2 P) in which coefficients are the points of the face, in reference pixels.
 

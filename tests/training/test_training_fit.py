@@ -292,9 +292,10 @@ def test_checkpoint_holds_plain_containers(examples: dict[str, list[Example]], t
     assert "state_dict" in load_checkpoint(tmp_path / "checkpoints" / "last.ckpt")
 
 
-@pytest.mark.parametrize("wrong", [{"optimizer": "lbfgs"}, {"learning_rate": 0.0}, {"reduction": "none"}, {"share": 1.5},
-                                   {"average": 1.0}, {"average": -0.1}, {"warmup": 5.0}, {"patience": -1},
-                                   {"figure_every": -1}, {"momentum": 1.0}])
+@pytest.mark.parametrize("wrong", [
+    {"optimizer": "lbfgs"}, {"learning_rate": 0.0}, {"reduction": "none"}, {"share": 1.5}, {"average": 1.0},
+    {"average": -0.1}, {"warmup": 5.0}, {"patience": -1}, {"figure_every": -1}, {"momentum": 1.0},
+])
 def test_settings_refuse_nonsense(wrong: dict) -> None:
     with pytest.raises(DnnvssError, match=f"trainer.{next(iter(wrong))}"):
         FitSettings(**wrong)

@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,11 +17,13 @@ from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.trajectory import resample
 from dnnvss.visemes import (
     Clip,
+    GestureSettings,
     Visemes,
     VisemeSettings,
     aligned_clip,
     boundary_scores,
     compare_units,
+    gesture_view,
     label_agreement,
     learn,
     viseme_tier,
@@ -52,6 +55,16 @@ def talker() -> Talker:
         count = CLOCK.edge(alignment.end)
         clips.append(aligned_clip(resample(parameters, FrameClock(RATE), CLOCK, count=count), alignment, CLOCK))
     return alignments, clips
+
+
+def test_gestures_look_at_the_points_of_the_face_or_at_coefficients() -> None:
+    model = SimpleNamespace(size=2, shape_modes=np.arange(12.0).reshape(2, 3, 2))
+    assert gesture_view(model, GestureSettings()).shape == (2, 6)  # type: ignore[arg-type, union-attr]
+    assert gesture_view(model, GestureSettings(looks="coefficients", coefficients=1)) is None  # type: ignore[arg-type]
+    with pytest.raises(DnnvssError, match=r"looks=points.*looks=coefficients"):
+        gesture_view(model, GestureSettings(coefficients=1))  # type: ignore[arg-type]
+    with pytest.raises(DnnvssError, match="'lips'"):
+        GestureSettings(looks="lips")
 
 
 @pytest.mark.parametrize(("method", "units"), [("kmeans", 55), ("kmeans", 100), ("dtw", 40)])
