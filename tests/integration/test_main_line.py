@@ -77,6 +77,24 @@ def test_finished_run_is_reported_and_not_trained_again(home: Path, capsys: pyte
     assert again == pytest.approx(files.read_json(home / "runs" / "ph" / "metrics.json")["headline"])
 
 
+def test_a_model_that_has_learnt_durations_speaks_with_its_own(home: Path) -> None:
+    train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/hsmm", "model=hsmm", *FAST[1:4], *FAST[5:]))
+
+    def phones(out: str, *settings: str) -> Tier:
+        synthesise(configure("synth", f"run={home}/runs/hsmm", f"out={home}/{out}.npz", "speech=none", "lead_in=0",
+                             "lead_out=0", "text=pack my box", *settings))
+        return read_alignment(home / f"{out}.TextGrid")["phones"]
+
+    corpus, own = phones("corpus"), phones("own", "durations=model")
+    assert corpus.labels == own.labels and not np.allclose(corpus.edges, own.edges, atol=0.005)
+    run = Run.open(home / "runs" / "hsmm")
+    words = read_alignment(home / "own.TextGrid")["words"]
+    example = run.example(Utterance("own", "pack my box", Alignment([own, words])))
+    expected = run.model.phone_durations(example)
+    assert expected is not None
+    np.testing.assert_allclose(np.diff(own.edges) * 100, expected, atol=0.6)
+
+
 def test_killed_evaluation_resumes_to_the_same_numbers(home: Path) -> None:
     """A run whose fit was finished and whose evaluation was not goes on and ends alike."""
     folder = home / "runs" / "ph_a"
