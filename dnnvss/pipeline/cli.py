@@ -14,7 +14,8 @@ from dnnvss.pipeline.bundle import is_bundle
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-_TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment", "into",
+_TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment", "export_curves",
+          "into",
           "render")
 """Settings whose values are text or paths."""
 

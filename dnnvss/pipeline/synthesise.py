@@ -19,6 +19,7 @@ from dnnvss.pipeline.risks import find_risks, summary, word_risks
 from dnnvss.pipeline.style import functionals, make_style
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.trajectory import read_keys, resample, sample_keys, write_keys
+from dnnvss.trajectory.rules import measure
 from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
     from dnnvss.pipeline.pictures import open_stage, read_request
 
+    _check_names(config)
     run = Run.open(Path(config.run) if config.run else newest(Path(config.runs)))
     voice = read_voice(run)
     request = read_request(config, run)
@@ -79,6 +81,9 @@ def synthesise(config: DictConfig) -> None:
     notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
              "style": style, "keys": config.import_keys, "model": run.model.report(example), "credit": voice["credit"],
              **stage.notes}
+    if config.export_curves:
+        frames = resample(trajectory, run.task.clock, stage.clock)
+        exported.append(_export_curves(Path(config.export_curves), run, frames, stage.clock))
     written = write_outputs(stage, Path(config.out), trajectory, plan, notes) + exported
     print("wrote " + ", ".join(str(p) for p in written))
 
@@ -232,6 +237,31 @@ def _export_keys(config: DictConfig, run: Run, trajectory: np.ndarray, plan: Pla
     held = {name: known[name] for name in config.key_names}
     keys = sample_keys(trajectory, run.task.clock, held, plan.alignment["phones"], config.key_positions)
     return write_keys(config.export_keys, keys)
+
+
+def _export_curves(path: Path, run: Run, frames: np.ndarray, clock: FrameClock) -> Path:
+    """Write a line a picture: its number, the seconds at which it is shown, the lips' measures and the coefficients.
+
+    Args:
+        path: ``.csv``.
+        run: whose talker is measured.
+        frames: parameters (F, D), one row a picture.
+        clock: of the pictures.
+    """
+    curves = {name: measure(curve, frames) for name, curve in functionals(run.face, run.generator.talker).items()}
+    head = ",".join(["frame", "seconds", *curves])
+    rows = (f"{i},{clock.seconds(i):.6f}," + ",".join(f"{curve[i]:.6g}" for curve in curves.values())
+            for i in range(len(frames)))
+    return files.write_text(path, "\n".join([head, *rows, ""]))
+
+
+def _check_names(config: DictConfig) -> None:
+    """Refuse names whose endings promise what is not written."""
+    for setting, ending, other in (("out", ".mp4", "export_curves=FILE.csv writes numbers"),
+                                   ("export_curves", ".csv", "the trajectory's .npz is written beside the video")):
+        name = config[setting]
+        if name and Path(str(name)).suffix.lower() != ending:
+            raise DnnvssError(f"{setting}={name} does not end in {ending}", remedy=f"Name it so; {other}")
 
 
 def write_outputs(stage: "Stage", out: Path, trajectory: np.ndarray, plan: Plan, notes: dict[str, Any]) -> list[Path]:

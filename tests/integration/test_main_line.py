@@ -26,7 +26,7 @@ from dnnvss.pipeline.sweep import CompareRuns, run_folder, what_differs
 from dnnvss.pipeline.synthesise import replace_unseen, synthesise
 from dnnvss.pipeline.train import train
 from dnnvss.pipeline.videos import write_side_by_side
-from dnnvss.timing import Alignment, Tier
+from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.trajectory import mlpg, read_keys, write_keys
 from dnnvss.trajectory.rules import BILABIALS, measure, phone_frames
 
@@ -81,7 +81,7 @@ def test_a_model_that_has_learnt_durations_speaks_with_its_own(home: Path) -> No
     train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/hsmm", "model=hsmm", *FAST[1:4], *FAST[5:]))
 
     def phones(out: str, *settings: str) -> Tier:
-        synthesise(configure("synth", f"run={home}/runs/hsmm", f"out={home}/{out}.npz", "speech=none", "lead_in=0",
+        synthesise(configure("synth", f"run={home}/runs/hsmm", f"out={home}/{out}.mp4", "speech=none", "lead_in=0",
                              "lead_out=0", "text=pack my box", *settings))
         return read_alignment(home / f"{out}.TextGrid")["phones"]
 
@@ -222,7 +222,22 @@ def test_keys_are_exported_edited_and_survive_another_timing(home: Path, kind: s
         assert np.abs(aperture[at - 1 : at + 2] - 9.0).min() < 1e-3  # TextGrid times are rounded
 
 
+def test_curves_have_a_line_for_each_picture(home: Path) -> None:
+    out = speak(home, "curves.mp4", "text='my papa'", "rate=29.97", f"export_curves={home}/curves.csv")
+    head, *lines = (home / "curves.csv").read_text().splitlines()
+    names, rows = head.split(","), np.array([[float(v) for v in line.split(",")] for line in lines])
+    assert names[:5] == ["frame", "seconds", "aperture", "lower_lip", "width"] and names[5] == "aam01"
+    assert len(rows) == len(read_video(out)) and rows[30, 1] == pytest.approx(30 * 1001 / 30000, abs=1e-6)
+    run = Run.open(home / "runs" / "ph")
+    np.testing.assert_allclose(measure(run.generator.talker.aperture, rows[:, 5:]), rows[:, 2], atol=1e-2)
+    phones = read_alignment(home / "curves.TextGrid")["phones"]
+    closed = [i for s, at in phone_frames(phones, FrameClock("29.97"), BILABIALS, len(rows)) for i in at]
+    assert rows[closed, 2].min() < rows[:, 2].mean()
+
+
 @pytest.mark.parametrize("wrong, message", [
+    ("out=x.npz", r"out=x\.npz does not end in \.mp4.*export_curves"),
+    ("export_curves=x.txt", r"export_curves=x\.txt does not end in \.csv"),
     ("+style.groups.jaw=[aam99]", "named 'aam99'"), ("+style.by_group.jaw=2", "no group is named 'jaw'"),
     ("style.articulation=-1", "style.articulation=-1"), ("import_keys=nowhere.csv", "nowhere.csv: no such file"),
     ("export_keys=keys.txt", "cannot be kept as .txt"), ("key_names=[smile]", "nothing is named 'smile'")])
