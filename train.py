@@ -6,10 +6,12 @@ import hydra
 from omegaconf import DictConfig
 
 from dnnvss.pipeline.cli import command, grouped
+from dnnvss.pipeline.sweep import sweepable
 
 
 @hydra.main(version_base="1.3", config_path="conf", config_name="train")
 @command
+@sweepable
 def main(config: DictConfig) -> float:
     from dnnvss.pipeline.train import train
 

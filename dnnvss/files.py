@@ -3,7 +3,7 @@
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,24 @@ def mapped(parts: Iterable[np.ndarray], folder: str | Path) -> np.ndarray:
     except OSError as error:
         raise DnnvssError(f"cannot hold {rows} rows and more ({error.strerror or error})", file=Path(folder),
                           remedy="Free some space or choose another folder") from error
+
+
+def shared(parts: Sequence[np.ndarray]) -> np.ndarray | None:
+    """Return the array of which ``parts`` are consecutive slices along the first axis, from the first to the last.
+
+    None where they are not: then they have to be joined.
+    """
+    filled = [part for part in parts if part.size]
+    if not filled:
+        return None
+    first, place = filled[0], filled[0].ctypes.data
+    for part in filled:
+        inside = part.base is not None and part.base is first.base
+        if not inside or not part.flags.c_contiguous or part.dtype != first.dtype or part.ctypes.data != place:
+            return None
+        place += part.nbytes
+    rows = sum(len(part) for part in parts)
+    return np.lib.stride_tricks.as_strided(first, (rows, *first.shape[1:]))
 
 
 def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:

@@ -48,3 +48,13 @@ def test_a_full_disk_names_the_folder(tmp_path: Path, monkeypatch: pytest.Monkey
     with pytest.raises(DnnvssError, match="No space left on device") as caught:
         files.mapped([np.zeros((1, 1))], tmp_path)
     assert str(tmp_path) in str(caught.value)
+
+
+def test_consecutive_slices_are_the_array_itself() -> None:
+    whole = np.arange(40.0, dtype=np.float32).reshape(10, 2, 2)
+    back = files.shared([whole[:3], whole[3:3], whole[3:7]])
+    assert back is not None and np.shares_memory(back, whole)
+    np.testing.assert_array_equal(back, whole[:7])
+    for parts in ([whole[:3], whole[4:]], [whole[3:], whole[:3]], [whole[:3].copy(), whole[3:].copy()],
+                  [whole[:3], np.zeros((2, 2, 2), np.float32)], [whole[::2], whole[5:]], [whole[:, :1]]):
+        assert files.shared(parts) is None

@@ -60,10 +60,11 @@ def write_bundle(run: "Run", folder: Path, network: str = "model.onnx") -> Path:
     Raises:
         DnnvssError: as :func:`export_run`; or the folder holds something else.
     """
-    if folder.is_dir() and any(folder.iterdir()) and not is_bundle(folder):
+    ours = {network, INDEX, "units.pt", *_FILES}  # what an export that was killed may have left
+    if folder.is_dir() and {p.name for p in folder.iterdir()} - ours and not is_bundle(folder):
         raise DnnvssError("holds something that is not a bundle", file=folder, remedy="Choose another folder")
+    export_run(run, folder / network)  # whole or not at all; what it refuses leaves the older bundle as it is
     (folder / INDEX).unlink(missing_ok=True)
-    export_run(run, folder / network)
     units = ("units.pt",) if run.task.table.uses_visemes else ()
     for name in (*_FILES, *units):
         with files.replacing(folder / name) as temporary:

@@ -162,13 +162,21 @@ def make_model(config: DictConfig, task: Task) -> VisualModel:
     """Return the untrained model that a configuration describes.
 
     Raises:
-        DnnvssError: the labels have dynamic visemes, and a model of this kind would not look at them.
+        DnnvssError: a setting that the model refuses; or the labels have dynamic visemes, and a model of this kind
+            would not look at them.
     """
-    from hydra.utils import instantiate  # a bundle is opened without
+    from hydra.errors import InstantiationException  # a bundle is opened without
+    from hydra.utils import instantiate
 
     settings: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
     name = settings.pop("name")
-    model: VisualModel = instantiate(settings)(table=task.table, clock=task.clock)
+    try:
+        model: VisualModel = instantiate(settings)(table=task.table, clock=task.clock)
+    except InstantiationException as wrapped:
+        cause: BaseException | None = wrapped
+        while cause is not None and not isinstance(cause, DnnvssError):
+            cause = cause.__cause__
+        raise cause or wrapped from None
     if task.table.uses_visemes and not model.reads_visemes:
         raise DnnvssError(f"model={name} does not look at the dynamic visemes of labels={config.labels.name}",
                           remedy="Train it with labels of phones (labels=ph_d), or take a network (model=feedforward)")

@@ -1,24 +1,93 @@
-"""The end of a sweep: one table of all its runs, and one sentence by all of them side by side."""
+"""Sweeps: a run that fails does not end the others; at the end one table of all, and a sentence by all side by side."""
 
+import functools
+import math
 import shutil
+import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from hydra.core.hydra_config import HydraConfig
 from hydra.experimental.callback import Callback
+from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
 from dnnvss.corpus import Corpus
+from dnnvss.errors import DnnvssError
 from dnnvss.pipeline.folder import Run, run_name
 
 
-class CompareRuns(Callback):
-    """A callback of hydra that compares the runs of a multirun when the last one has ended.
+def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig], float]:
+    """Return a job that, as part of a sweep, says what went wrong and returns NaN, so that the others are run."""
 
-    A launcher may run jobs in other processes or on other machines, each with a copy of the callback. Jobs that ended
-    well therefore leave a note in a hidden folder of the working directory, which the launching process reads.
+    @functools.wraps(function)
+    def wrapped(config: DictConfig) -> float:
+        try:
+            return function(config)
+        except DnnvssError as error:
+            if not HydraConfig.initialized() or HydraConfig.get().mode != RunMode.MULTIRUN:
+                raise
+            print(f"error: {error}\nthe sweep goes on without this run", file=sys.stderr)
+            return math.nan
+
+    return wrapped
+
+
+class Notes(Callback):
+    """A callback of hydra that notes jobs in a hidden folder of the working directory.
+
+    A launcher may run jobs in other processes or on other machines, each with a copy of the callback; the launching
+    process reads what they leave.
+    """
+
+    def __init__(self) -> None:
+        self.notes = Path()
+
+    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Make the folder of notes; copies of the callback take its path with them."""
+        where = Path(OmegaConf.select(config, "hydra.sweep.dir", default=".")).absolute()
+        self.notes = Path(tempfile.mkdtemp(prefix=".sweep-", dir=where))
+
+    def note(self, config: DictConfig, job_return: Any) -> None:
+        """Note what a job was given, and its configuration."""
+        number = OmegaConf.select(config, "hydra.job.num", default=len(list(self.notes.iterdir())))
+        job = {"given": list(job_return.overrides or ()), "config": OmegaConf.to_container(_own(config))}
+        files.write_json(self.notes / f"{number:04d}.json", job)
+
+    def taken(self) -> list[dict[str, Any]]:
+        """Return the notes in the order of the jobs, and delete them."""
+        jobs = [files.read_json(note) for note in sorted(self.notes.glob("*.json"))]
+        shutil.rmtree(self.notes)
+        return jobs
+
+
+def _ended_well(job_return: Any) -> bool:
+    value = job_return.return_value if job_return.status.name == "COMPLETED" else math.nan
+    return not (isinstance(value, float) and math.isnan(value))
+
+
+class NameFailures(Notes):
+    """Says at the end of a multirun which jobs failed, and lets the command fail. The first of the callbacks: it ends
+    the process after the others have done their work."""
+
+    def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
+        """Note a job that failed."""
+        if self.notes != Path() and not _ended_well(job_return):
+            self.note(config, job_return)
+
+    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
+        """Name the jobs that failed."""
+        if failed := self.taken():
+            names = "; ".join(" ".join(job["given"]) or "the only one" for job in failed)
+            print(f"error: {len(failed)} run(s) of the sweep failed: {names}", file=sys.stderr)
+            sys.exit(1)
+
+
+class CompareRuns(Notes):
+    """A callback of hydra that compares the runs of a multirun when the last one has ended.
 
     Args:
         name: of the folder of the comparison, ``<runs>/<name>-<corpus>[-<split>]``.
@@ -27,25 +96,17 @@ class CompareRuns(Callback):
     """
 
     def __init__(self, name: str, video: bool = True, sizes: bool = False) -> None:
+        super().__init__()
         self.name, self.video, self.sizes = name, video, sizes
-        self.notes = Path()
-
-    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Make the folder of notes; copies of the callback take its path with them."""
-        where = Path(OmegaConf.select(config, "hydra.sweep.dir", default=".")).absolute()
-        self.notes = Path(tempfile.mkdtemp(prefix=".sweep-", dir=where))
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Note a job that ended well, and what it was given."""
-        if job_return.status.name == "COMPLETED":
-            number = OmegaConf.select(config, "hydra.job.num", default=len(list(self.notes.iterdir())))
-            job = {"given": list(job_return.overrides or ()), "config": OmegaConf.to_container(_own(config))}
-            files.write_json(self.notes / f"{number:04d}.json", job)
+        if _ended_well(job_return):
+            self.note(config, job_return)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs, and what else is asked for."""
-        jobs = [files.read_json(note) for note in sorted(self.notes.glob("*.json"))]
-        shutil.rmtree(self.notes)
+        jobs = self.taken()
         if len(jobs) > 1:
             self._compare([OmegaConf.create(job["config"]) for job in jobs], [tuple(job["given"]) for job in jobs])
 

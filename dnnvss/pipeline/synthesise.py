@@ -11,7 +11,7 @@ from omegaconf import DictConfig, OmegaConf
 from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance, read_audio, write_wav
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import read_alignment, write_alignment
+from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.models import Example
 from dnnvss.phones import SILENCES, nearest
 from dnnvss.pipeline.folder import Run, newest
@@ -124,11 +124,32 @@ def _parsed(config: DictConfig, voice: dict[str, Any], text: str | None = None) 
 
 
 def _from_alignment(config: DictConfig, voice: dict[str, Any]) -> Plan:
-    alignment = read_alignment(config.alignment)
+    alignment = _with_words(read_alignment(config.alignment), config, voice)
     text = str(config.text) if config.text else " ".join(w for w in alignment["words"].labels if w)
     if config.wav:
-        return Plan(text, alignment, read_audio(config.wav, _SOUND_RATE), notes={"engine": "the given recording"})
+        samples = read_audio(config.wav, _SOUND_RATE)
+        try:
+            alignment = spanning(alignment, len(samples) / _SOUND_RATE)
+        except DnnvssError as error:
+            raise DnnvssError(error.problem, file=config.alignment, remedy=error.remedy) from error
+        return Plan(text, alignment, samples, notes={"engine": "the given recording"})
     return _spoken(config, voice, Plan(text, alignment), None)
+
+
+def _with_words(alignment: Alignment, config: DictConfig, voice: dict[str, Any]) -> Alignment:
+    """Return an alignment that has the tier ``words``: its own, or the words of ``text`` laid over its phones."""
+    names = [tier.name for tier in alignment.tiers]
+    if "phones" not in names:
+        raise DnnvssError(f"has no tier 'phones' (it has {', '.join(names)})", file=config.alignment,
+                          remedy='Give phone times; or a recording: wav=FILE text="..."')
+    if "words" in names:
+        return alignment
+    if not config.text:
+        raise DnnvssError("has phones and no tier 'words'", file=config.alignment, remedy='Add text="..."')
+    from dnnvss.speech.align_words import words_over
+
+    words = [(w.spoken, w.choices(voice["variant"])) for w in _parsed(config, voice).words]
+    return alignment.with_tier(words_over(alignment["phones"], words))
 
 
 def _from_voice(config: DictConfig, voice: dict[str, Any]) -> Plan:

@@ -22,7 +22,7 @@ class FrameBatches(IterableDataset):
     Args:
         store: frame codes of all utterances, S frames.
         scaler: of the numeric inputs.
-        targets: normalised streams (S, W x D) float32.
+        targets: streams (S, W x D) float32.
         frames: which frames may be drawn.
         batch_size: frames a batch; a last batch that is not full is left out where frames are drawn at random.
         share: part of the frames drawn in an epoch.
@@ -31,6 +31,7 @@ class FrameBatches(IterableDataset):
             batch their frames lie one network behind the other.
         epoch: returns the number of the epoch.
         alternatives: stores of other codes for the same frames; batches take their inputs from all stores in turn.
+        normal: mean and deviation (W x D,) by which targets are normalised as they are drawn; not at all if left out.
         place: returns the number of this process and of all that share the fit. Each takes its part of every batch, so
             that all of them together draw what one would.
     """
@@ -38,11 +39,13 @@ class FrameBatches(IterableDataset):
     def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray,
                  batch_size: int, share: float = 1.0, seed: int | None = None, members: int = 1,
                  epoch: Callable[[], int] = lambda: 0, alternatives: Sequence[CodeStore] = (),
+                 normal: tuple[np.ndarray, np.ndarray] | None = None,
                  place: Callable[[], tuple[int, int]] = lambda: (0, 1)) -> None:
         self.stores, self.scaler = (store, *alternatives), scaler
         self.targets, self.frames = torch.from_numpy(targets), frames
         self.batch_size, self.share, self.seed, self.epoch = min(batch_size, len(frames)), share, seed, epoch
         self.members, self.place = members, place
+        self.normal = None if normal is None else tuple(torch.from_numpy(np.float32(part)) for part in normal)
 
     def __len__(self) -> int:
         if self.seed is None:
@@ -79,6 +82,7 @@ class FrameBatches(IterableDataset):
         """Move codes and targets to a device, which then draws batches without the host (11 bytes of codes a frame)."""
         self.stores = tuple(store.to(device) for store in self.stores)
         self.targets = self.targets.to(device)
+        self.normal = self.normal and tuple(part.to(device) for part in self.normal)
         return self
 
     def draw(self, batches: Sequence[Any], first: int = 0) -> list[Batch]:
@@ -95,7 +99,10 @@ class FrameBatches(IterableDataset):
             mine = [batches[k] for k in places]
             frames = _joined(mine)
             active, numeric = store.active(frames), self.scaler(store.numeric(frames))
-            parts = torch.as_tensor(active), torch.as_tensor(numeric), self.targets[torch.as_tensor(frames)]
+            targets = self.targets[torch.as_tensor(frames)]
+            if self.normal:
+                targets = targets.sub_(self.normal[0]).div_(self.normal[1])
+            parts = torch.as_tensor(active), torch.as_tensor(numeric), targets
             sizes = [len(batch) for batch in mine]
             drawn |= dict(zip(places, zip(*(part.split(sizes) for part in parts), strict=True), strict=True))
         return [drawn[k] for k in range(len(batches))]

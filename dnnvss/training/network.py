@@ -177,16 +177,22 @@ class NetworkModel(VisualModel):
 
     def _batches(self, examples: Sequence[Example], folder: Path, seed: int | None = None,
                  members: int = 1) -> FrameBatches:
-        """Return batches of normalised targets, mapped from a file without a name in ``folder``."""
-        normal = (((e.targets - self.mean_) / self.deviation_).astype(np.float32) for e in examples)
-        targets = files.mapped((part.reshape(len(part), -1) for part in normal), folder)
+        """Return batches of targets, normalised as they are drawn.
+
+        Where the examples do not share one array already, it is mapped from a file without a name in ``folder``.
+        """
+        parts: list[np.ndarray] = [e.targets for e in examples]  # type: ignore[misc]
+        targets = files.shared(parts)
+        if targets is None:
+            targets = files.mapped((part.astype(np.float32, copy=False) for part in parts), folder)
         valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
         s = self.settings
         drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
         if seed is not None:
             drawn = (s.batch_size, s.share, seed)
         others = min(len(e.alternatives) for e in examples) if seed is not None else 0
-        return FrameBatches(_store(examples), self.scaler_, targets, np.flatnonzero(valid), *drawn, members,
+        return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(valid), -1), np.flatnonzero(valid),
+                            *drawn, members, normal=(self.mean_.ravel(), self.deviation_.ravel()),
                             alternatives=[_store(examples, k) for k in range(others)])
 
     def _clip(self, e: Example) -> Clip:

@@ -65,6 +65,19 @@ def test_a_sweep_resumes_and_ends_with_a_heat_map(home: Path, tmp_path: Path) ->
 
 
 @pytest.mark.slow
+def test_a_run_that_fails_does_not_end_the_sweep(home: Path, tmp_path: Path) -> None:
+    sizes = ",".join(str(s).replace(" ", "") for s in (SIZES[0], [8, -1], SIZES[2]))
+    done = subprocess.run(
+        [sys.executable, ROOT / "train.py", "-m", "+experiment=table4", f"model.network.hidden={sizes}", *FAST,
+         f"corpus.out={home}/demo", f"runs={home}/runs"],
+        capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 1 and "the sweep goes on without this run" in done.stderr
+    assert "1 run(s) of the sweep failed" in done.stderr and "[8,-1]" in done.stderr
+    assert len(files.read_json(home / "runs" / "table4-demo" / "sizes.json")) == 2
+    assert not list(tmp_path.glob(".sweep-*"))
+
+
+@pytest.mark.slow
 def test_a_bundle_speaks_as_its_run_does_without_lightning_or_hydra(home: Path, tmp_path: Path) -> None:
     pytest.importorskip("onnxscript", reason="the extra `export` is not installed")
     run = next((home / "runs").glob("*/metrics.json")).parent

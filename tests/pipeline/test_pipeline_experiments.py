@@ -44,6 +44,15 @@ def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
             make_model(config, make_task(config))
 
 
+@pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
+                                            ("model.members=0", "model.members=0 is less than one")])
+def test_a_setting_that_the_model_refuses_is_named_as_it_stands(wrong: str, message: str) -> None:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose("train", [wrong])
+    with pytest.raises(DnnvssError, match=message):
+        make_model(config, make_task(config))
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_a_model_that_does_not_look_at_dynamic_visemes_refuses_them(model: str) -> None:
     with initialize_config_dir(str(CONF), version_base="1.3"):
