@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dnnvss.pipeline.cli import bundle_settings, command, quoted
+from dnnvss.pipeline.cli import bundle_settings, command, helped, quoted
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -20,6 +20,8 @@ def main(config: "DictConfig") -> None:
 
 
 if __name__ == "__main__":
+    if helped(CONF, "synth", sys.argv[1:]):
+        sys.exit()
     settings = bundle_settings(CONF, sys.argv[1:])
     if settings is not None:
         main(settings)

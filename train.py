@@ -1,11 +1,12 @@
 """Trains and evaluates a system; ``python train.py --help`` lists the settings."""
 
 import sys
+from pathlib import Path
 
 import hydra
 from omegaconf import DictConfig
 
-from dnnvss.pipeline.cli import command, grouped
+from dnnvss.pipeline.cli import command, grouped, helped
 from dnnvss.pipeline.sweep import sweepable
 
 
@@ -20,4 +21,5 @@ def main(config: DictConfig) -> float:
 
 if __name__ == "__main__":
     sys.argv[1:] = grouped(sys.argv[1:])
-    main()
+    if not helped(Path(__file__).parent / "conf", "train", sys.argv[1:]):
+        main()

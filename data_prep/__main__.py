@@ -10,6 +10,7 @@ import hydra
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss.errors import DnnvssError
+from dnnvss.pipeline.cli import helped
 
 BUILT_IN = {"demo": "data_prep.demo.prepare_demo"}
 """Importers of corpora whose configuration names none."""
@@ -49,4 +50,5 @@ def main(config: DictConfig) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if not helped(Path(__file__).parent.parent / "conf", "prepare", sys.argv[1:]):
+        main()

@@ -1,5 +1,6 @@
 """Files that are whole or absent: every output is written to a temporary name and moved into place."""
 
+import errno
 import json
 import os
 import tempfile
@@ -33,9 +34,12 @@ def replacing(path: str | Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        if error.filename is not None and Path(error.filename) not in (temporary, path, path.parent):
+        begun = temporary is not None
+        if begun and error.filename is not None and Path(error.filename) not in (temporary, path, path.parent):
             raise  # the trouble is with another file, which the block names better
         remedy = "Free some space or choose another folder, then run the same command again: it resumes"
+        if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR):
+            remedy = "Choose another place, or make this one writable"
         raise DnnvssError(f"cannot be written ({error.strerror or error})", file=path, remedy=remedy) from error
     finally:
         if temporary is not None:

@@ -80,6 +80,8 @@ class FeedForward(nn.Module):
     def __init__(self, binary: int, numeric: int, active: int, out: int, hidden: Sequence[int] = (512, 512, 512),
                  activation: str = "tanh", dropout: float = 0.0, input_dropout: float = 0.0) -> None:
         super().__init__()
+        if isinstance(hidden, int | str) or not all(isinstance(width, int) for width in hidden):
+            raise DnnvssError(f"hidden={hidden} is no list of widths", remedy="Write model.network.hidden=[512,512]")
         if not hidden or min(hidden) < 1 or not (0 <= dropout < 1 and 0 <= input_dropout < 1):
             raise DnnvssError(f"hidden layers {list(hidden)} with dropout {dropout}, {input_dropout} make no network",
                               remedy="Give at least one positive width and a dropout from 0 to below 1")

@@ -16,8 +16,18 @@ if TYPE_CHECKING:
 
 _TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment", "export_curves",
           "into",
-          "render")
+          "render", "overrides")
 """Settings whose values are text or paths."""
+
+
+_REMEDIES = {
+    errno.ENOSPC: "Free some space, then run the same command again: it resumes",
+    errno.EDQUOT: "Free some space, then run the same command again: it resumes",
+    errno.EACCES: "Give yourself the right to use it, or choose another place",
+    errno.EPERM: "Give yourself the right to use it, or choose another place",
+    errno.EROFS: "Choose another place",
+}
+"""What to do about errors of the system that are no fault of the program."""
 
 
 def command(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -31,16 +41,33 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
             print(f"error: {error}", file=sys.stderr)
             sys.exit(1)
         except OSError as error:
-            if error.errno != errno.ENOSPC:
+            if error.errno not in _REMEDIES:
                 raise
-            print(f"error: {error.filename or 'the disk'}: cannot be written (no space left). Free some space, then "
-                  "run the same command again: it resumes.", file=sys.stderr)
+            print(f"error: {error.filename or 'the disk'}: {error.strerror}. {_REMEDIES[error.errno]}.",
+                  file=sys.stderr)
             sys.exit(1)
         except KeyboardInterrupt:
             print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
             sys.exit(130)
 
     return wrapped
+
+
+def helped(conf: Path, name: str, arguments: list[str]) -> bool:
+    """Print the settings of a command with what they mean, if its arguments ask for help, and return whether they did.
+
+    The settings and their comments are ``<name>.yaml``; groups are folders beside it. ``--hydra-help`` tells of hydra's
+    own options.
+    """
+    if not {"-h", "--help"} & set(arguments):
+        return False
+    text = (conf / f"{name}.yaml").read_text(encoding="utf-8")
+    print(text[: text.index("\nhydra:")] if "\nhydra:" in text else text)
+    for group in sorted(set(re.findall(r"^  - (\w+):", text, re.MULTILINE)) & {p.name for p in conf.iterdir()}):
+        print(f"# {group}=... one of: {', '.join(sorted(p.stem for p in (conf / group).glob('*.yaml')))}")
+    print("# conf/GROUP/NAME.yaml says what the settings of a group mean; give one as GROUP.SETTING=VALUE.\n"
+          "# --cfg job prints all settings with their values, --hydra-help hydra's own options.")
+    return True
 
 
 def quoted(arguments: list[str], keys: tuple[str, ...] = _TEXTS) -> list[str]:

@@ -136,6 +136,9 @@ class Run:
             task, network = make_task(config), open_network(folder)
             task.table.check(network.table.describe())
             return cls(folder, config, task, network)
+        if not (folder / "model.pt").is_file():
+            raise DnnvssError("holds a run that has not ended", file=folder,
+                              remedy="Run its train.py command again: it goes on where it stopped")
         checkpoint = load_checkpoint(folder / "model.pt")
         if not isinstance(config, DictConfig) or "table" not in checkpoint:
             raise DnnvssError("is no run folder of this package", file=folder, remedy="Train a system: python train.py")

@@ -101,9 +101,9 @@ def open_stage(config: DictConfig, run: Run, request: Request, rate: str, second
     """
     views, whole = request.views, request.footage
     if whole is None:
-        return neutral_stage(run, FrameClock(config.rate or rate), config.scale, views)
+        return neutral_stage(run, FrameClock(rate if config.rate is None else config.rate), config.scale, views)
     footage, first = whole.usable()
-    clock = FrameClock(config.rate or footage.rate)
+    clock = FrameClock(footage.rate if config.rate is None else config.rate)
     own = FrameClock(footage.rate)
     order = walk(footage.code.pose, max(1, int(np.ceil(seconds * float(own.rate)))), config.into_fill)
     at = (clock.centres(max(1, clock.edge(seconds))) * float(own.rate)).astype(int)

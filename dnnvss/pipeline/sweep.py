@@ -115,7 +115,8 @@ class CompareRuns(Notes):
 
         first = configs[0]
         folders, names = [run_folder(c) for c in configs], what_differs(given)
-        out = Path(first.runs) / "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
+        name = "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
+        out = _free(Path(first.runs) / name, [folder.name for folder in folders])
         print(f"wrote {compare_runs(folders, out, names)}")
         if self.sizes:
             from dnnvss.pipeline.sizes import write_sizes
@@ -128,6 +129,19 @@ class CompareRuns(Notes):
             sentence = sorted(u.id for u in corpus.split("test", first.corpus.split))[0]
             runs = dict(zip(names, map(Run.open, folders), strict=True))
             print(f"wrote {write_systems(runs, corpus, sentence, out / 'side_by_side.mp4')}")
+
+
+def _free(folder: Path, runs: list[str]) -> Path:
+    """Return the folder of a comparison, with a number behind its name where that holds one of other runs.
+
+    The runs compared are noted in ``sweep.json``.
+    """
+    number, place = 1, folder
+    while (place / "sweep.json").is_file() and files.read_json(place / "sweep.json") != runs:
+        number += 1
+        place = folder.with_name(f"{folder.name}-{number}")
+    files.write_json(place / "sweep.json", runs)
+    return place
 
 
 def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:

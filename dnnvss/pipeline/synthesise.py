@@ -53,8 +53,10 @@ def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
     from dnnvss.pipeline.pictures import open_stage, read_request
 
-    _check_names(config)
-    run = Run.open(Path(config.run) if config.run else newest(Path(config.runs)))
+    _check(config)
+    folder = Path(config.run) if config.run else newest(Path(config.runs))
+    print(f"run: {folder}")
+    run = Run.open(folder)
     voice = read_voice(run)
     request = read_request(config, run)
     plan = make_plan(config, run, voice)
@@ -274,6 +276,47 @@ def _export_curves(path: Path, run: Run, frames: np.ndarray, clock: FrameClock) 
     rows = (f"{i},{clock.seconds(i):.6f}," + ",".join(f"{curve[i]:.6g}" for curve in curves.values())
             for i in range(len(frames)))
     return files.write_text(path, "\n".join([head, *rows, ""]))
+
+
+_INPUTS = ("wav", "alignment", "import_keys", "overrides")
+_OUTPUTS = ("export_curves", "export_keys", "export_alignment")
+_NUMBERS = ("speed", "scale", "lead_in", "lead_out", "anticipation")
+
+
+def _check(config: DictConfig) -> None:
+    """Refuse settings before any work is done: numbers that are none, files that are missing, names that collide.
+
+    Raises:
+        DnnvssError: the first of them.
+    """
+    for setting in _NUMBERS:
+        if isinstance(config[setting], bool | str) or config[setting] is None:
+            raise DnnvssError(f"{setting}={config[setting]} is no number", remedy=f"Give a number: {setting}=1")
+    for setting in ("key_names", "key_positions"):
+        if isinstance(config[setting], str | float | int):
+            raise DnnvssError(f"{setting}={config[setting]} is no list", remedy=f"Write {setting}=[{config[setting]}]")
+    if any(not 0 <= float(position) <= 1 for position in config.key_positions):
+        raise DnnvssError(f"key_positions={list(config.key_positions)}", remedy="Give shares of a phone, 0 to 1")
+    for setting in _INPUTS:
+        if config[setting] and not Path(config[setting]).is_file():
+            what = "is a folder" if Path(config[setting]).is_dir() else "no such file"
+            raise DnnvssError(what, file=config[setting], remedy=f"Check the path given as {setting}=")
+    _check_names(config)
+    out = Path(config.out)
+    written = [out, *(out.with_suffix(s) for s in (".npz", ".TextGrid", ".png", ".json")),
+               *(Path(config[s]) for s in _OUTPUTS if config[s])]
+    if config.wav or config.speech.engine != "none":
+        written.append(out.with_suffix(".wav"))
+    given = [Path(config[s]) for s in _INPUTS if config[s]]
+    if config.into:
+        given += [Path(config.into), Path(config.into).with_suffix(".npz")]
+    places = [path.absolute() for path in written]
+    for path in given:
+        if path.absolute() in places:
+            raise DnnvssError(f"out={out} would overwrite what is read", file=path, remedy="Choose another out=")
+    for place in places:
+        if places.count(place) > 1:
+            raise DnnvssError("two outputs have this name", file=place, remedy="Name one of them otherwise")
 
 
 def _check_names(config: DictConfig) -> None:

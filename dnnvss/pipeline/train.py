@@ -41,6 +41,9 @@ def train(config: DictConfig) -> float:
     folder = Path(config.run or Path(config.runs) / run_name(config, corpus.fingerprint))
     helper = process_number() > 0
     if config.overwrite and folder.exists() and not helper:
+        if any(folder.iterdir()) and not (folder / "run.json").is_file():
+            raise DnnvssError("holds something that is not a run, so overwrite=true does not delete it", file=folder,
+                              remedy="Choose another folder")
         shutil.rmtree(folder)
     if not config.overwrite:
         check_settings(folder, config, corpus.fingerprint)

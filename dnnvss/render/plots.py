@@ -17,6 +17,10 @@ from dnnvss.timing import FrameClock, Tier
 _COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
 
 
+_WIDEST = 120.0
+"""Inches: about 530 phones; viewers refuse pictures that are much wider than the 18,000 pixels of this."""
+
+
 def plot_trajectories(
     path: str | Path,
     series: Mapping[str, np.ndarray],
@@ -47,7 +51,7 @@ def plot_trajectories(
     if not series:
         raise DnnvssError("there is nothing to plot", file=path, remedy="Give one trajectory at least")
     clock = FrameClock(rate)
-    figure = _figure(max(6.0, 0.22 * len(phones) + 3), 3.2)
+    figure = _figure(min(max(6.0, 0.22 * len(phones) + 3), _WIDEST), 3.2)
     axes = figure.add_subplot()
     for colour, (name, values) in zip(_COLOURS * len(series), series.items(), strict=False):
         axes.plot(clock.centres(len(values)), values, label=name, color=colour, linewidth=1.4)

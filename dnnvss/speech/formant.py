@@ -196,7 +196,9 @@ def _pitch(pieces: list[_Piece], alignment: Alignment, times: np.ndarray, f0: fl
     for p in pieces:
         if p.sound.kind == "vowel" and p.phone not in ("AH", "IH", "ER"):
             centre, width = p.start + 0.4 * (p.end - p.start), 0.07
-            curve += min(0.13, 0.9 * (p.end - p.start)) * np.exp(-0.5 * ((times - centre) / width) ** 2)
+            near = slice(*np.searchsorted(times, (centre - 6 * width, centre + 6 * width)))
+            rise = np.exp(-0.5 * ((times[near] - centre) / width) ** 2)
+            curve[near] += min(0.13, 0.9 * (p.end - p.start)) * rise
     slow = np.interp(times, np.arange(times[0], times[-1] + 0.2, 0.1),
                      rng.standard_normal(len(np.arange(times[0], times[-1] + 0.2, 0.1))))
     return f0 * curve * (1 + 0.008 * slow)
@@ -270,8 +272,10 @@ def _inverse(sections: np.ndarray) -> np.ndarray:
 def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) -> np.ndarray:
     """Return the tract's second-order sections at each time, shape (steps, sections, 6)."""
     formants = _formants(pieces, times) * shift
-    open_glottis = np.array([any(p.start <= t < p.end and (p.sound.kind == "aspirate" or p.breathy) for p in pieces)
-                             for t in times])
+    open_glottis = np.zeros(len(times), bool)
+    for p in pieces:
+        if p.sound.kind == "aspirate" or p.breathy:
+            open_glottis[(times >= p.start) & (times < p.end)] = True
     widths = np.stack([np.where(open_glottis, 220.0, 70.0), np.full(len(times), 95.0), np.full(len(times), 150.0)], 1)
     rows = [_resonators(formants[:, k], widths[:, k], rate) for k in range(3)]
     rows += [np.broadcast_to(_resonators(np.array(f * shift), np.array(b), rate), (len(times), 6))

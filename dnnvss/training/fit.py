@@ -96,6 +96,14 @@ class TrajectoryFigure(Callback):
         plt.close(figure)
 
 
+class Bar(TQDMProgressBar):
+    """A progress bar without the version of the logger, which is always the same."""
+
+    def get_metrics(self, trainer: L.Trainer, pl_module: L.LightningModule) -> dict[str, Any]:
+        """Return what stands behind the bar."""
+        return {k: v for k, v in super().get_metrics(trainer, pl_module).items() if k != "v_num"}
+
+
 def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings: FitSettings, *, streams: int,
             dimensions: int, folder: Path, preview: tuple[Example, Callable[[Example], Prediction]]) -> None:
     """Fit ``network`` in place and leave it with the weights of the best epoch.
@@ -112,7 +120,7 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     stop = EarlyStopping("val/static", patience=settings.patience)
     callbacks: list[Callback] = [Watch(settings), best, last, stop]
     if settings.progress:
-        callbacks.append(TQDMProgressBar())
+        callbacks.append(Bar())
     if settings.figure_every:
         callbacks.append(TrajectoryFigure(*preview, settings.figure_every))
     trainer = L.Trainer(
@@ -132,7 +140,13 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     if trainer.strategy.root_device.type == "cuda":
         train.to(trainer.strategy.root_device), val.to(trainer.strategy.root_device)
     start = resume_point(checkpoints)
-    ended = start is not None and _stopped(load_checkpoint(start), stop)
+    ended = False
+    if start is not None:
+        kept = load_checkpoint(start)
+        ended = _stopped(kept, stop)
+        if not ended and kept["epoch"] + 1 < epochs:
+            print(f"goes on after epoch {kept['epoch']} ({start})")
+        del kept
     with warnings.catch_warnings():
         for message in _LIGHTNING_CHATTER:
             warnings.filterwarnings("ignore", message=message)

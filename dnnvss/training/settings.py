@@ -1,6 +1,7 @@
 """How a network is fitted; one flat table, mirrored by ``conf/trainer/*.yaml``."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from dnnvss.errors import DnnvssError
 
@@ -9,6 +10,9 @@ LOG_VARIANCE = (-7.0, 3.0)
 
 SHARING = ("nodes", "strategy", "graph")
 """Settings that share a fit out or speed it up and do not change what comes of it."""
+_KINDS: dict[Any, tuple[tuple[type, ...], str]] = {
+    int: ((int,), "whole number"), float: ((int, float), "number"), bool: ((bool,), "true or false"),
+    str: ((str,), "word")}
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,10 @@ class FitSettings:
     def __post_init__(self) -> None:
         choices = {"optimizer": ("sgd", "adamw"), "schedule": ("constant", "cosine"), "reduction": ("sum", "mean"),
                    "precision": ("32-true", "bf16-mixed", "auto")}
+        for setting in fields(self):
+            value, (kinds, name) = getattr(self, setting.name), _KINDS.get(setting.type, ((), ""))
+            if kinds and (not isinstance(value, kinds) or (isinstance(value, bool) and setting.type is not bool)):
+                raise DnnvssError(f"trainer.{setting.name}={value!r} is no {name}", remedy="Give one")
         for name, allowed in choices.items():
             if (value := getattr(self, name)) not in allowed:
                 raise DnnvssError(f"trainer.{name}={value!r}", remedy=f"Use one of {list(allowed)}")

@@ -327,7 +327,8 @@ def test_a_sweep_ends_with_one_table_and_one_video(home: Path, tmp_path: Path, m
         job = configure("train", f"run={home}/runs/{name}", f"runs={home}/runs", f"labels={name}",
                         f"corpus.out={home}/demo")
         given = ["corpus=demo", f"labels={name}"]
-        elsewhere.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), return_value=0.5, overrides=given))
+        ended = SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), return_value=0.5, overrides=given)
+        elsewhere.on_job_end(job, ended)
     sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="FAILED"), overrides=[]))
     sweep.on_multirun_end(job)
     assert not list(tmp_path.iterdir())
