@@ -27,7 +27,8 @@ _QUANTITY = re.compile(r"['\u2019+\-\u2212(.$£€¥₹]*\d|[-\u2212]?[$£€¥�
                        re.IGNORECASE)
 _SHARP = re.compile(r"\b[A-G]$")
 _MAJOR = re.compile(r"[.!?\u2026\u203d\u00a1\u00bf]+")
-_MINOR = re.compile(r"[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7]+|-+(?=\s|-|$)|(?<=\s)-+")
+_MINOR = re.compile(rf"(?:(?!{quantities.BRACKETED})[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7])+"
+                    r"|-{2,}|-(?=\s|$)|(?<=\s)-")
 _SILENT = re.compile(r"[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u00b4/*_#-]")
 
 
@@ -57,7 +58,7 @@ def _scan(text: str, british: bool, lenient: bool, found: list[Token]) -> None:
         if end is None:
             end = _spoken(text, at, british, shouting, lenient, found)
         if end is None:
-            if not lenient:
+            if not lenient and text[at] not in "-\u2010\u2011":  # a hyphen that joins nothing
                 raise _unspeakable(text, at)
             end = at + 1
         at = end
