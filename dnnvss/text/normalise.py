@@ -35,6 +35,8 @@ _SILENT = re.compile(r"[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u0
 def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Token]:
     """Return the pieces of a text with the words that are said for them, in order.
 
+    A pause of so many seconds before the first word is a piece without words.
+
     Args:
         text: anything; line breaks count as spaces, an empty line ends a sentence.
         variant: ``en_us`` or ``en_gb``: order of dates, *and* in numbers.
@@ -120,6 +122,8 @@ def _elided(text: str, at: int) -> bool:
 def _break(found: list[Token], brk: str, pause: float | None = None) -> None:
     if found:
         found[-1] = found[-1].broken(brk, pause)
+    elif pause is not None:
+        found.append(Token("", (), brk, pause=pause))
 
 
 @lru_cache(maxsize=1)
@@ -132,6 +136,8 @@ def _spoken(text: str, at: int, british: bool, shouting: bool, lenient: bool, fo
     if match := _EMPHASIS.match(text, at):
         inner: list[Token] = []
         _scan(match[2] or match[4], british, lenient, inner)
+        if found and inner and not inner[0].words:
+            _break(found, "major", inner.pop(0).pause)
         found += [replace(token, emphasis=True) for token in inner]
         return match.end()
     if text[at].isdigit() and not text[at].isascii():
