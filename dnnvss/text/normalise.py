@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from dnnvss.errors import DnnvssError
 from dnnvss.text import quantities, wording
-from dnnvss.text.lexicon import check_phones
+from dnnvss.text.lexicon import check_phones, name_of
 from dnnvss.text.tokens import Token, table
 from dnnvss.text.variants import VARIANTS
 from dnnvss.text.wording import Place
@@ -79,7 +79,7 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
     elif match := _PHONES.match(text, at):
         try:
             phones = check_phones(match[1], match[0])
-            found.append(Token(match[0], ("-".join(p.lower() for p in phones),), phones=phones))
+            found.append(Token(match[0], (name_of(phones),), phones=phones))
         except DnnvssError:
             if not lenient:
                 raise
