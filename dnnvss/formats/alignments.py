@@ -69,6 +69,7 @@ def write_alignment(path: str | Path, alignment: Alignment) -> Path:
 def spanning(alignment: Alignment, duration: float, tolerance: float = 0.1) -> Alignment:
     """Return the alignment with every tier running from 0 to ``duration`` seconds: silence is added or cut at the ends.
 
+    In the tier ``visemes``, which has no name for silence, the first and the last unit are made longer or shorter.
     Speech that ends up to ``tolerance`` seconds after the recording is cut back to it.
 
     Raises:
@@ -78,9 +79,10 @@ def spanning(alignment: Alignment, duration: float, tolerance: float = 0.1) -> A
 
 
 def _span(tier: Tier, duration: float, tolerance: float) -> Tier:
+    units = tier.name == "visemes"
     pause = SILENCE if tier.name == "phones" else ""
     rows = list(tier)
-    spoken = [s for s in rows if s.label not in SILENCES and word_of(s.label)]
+    spoken = [] if units else [s for s in rows if s.label not in SILENCES and word_of(s.label)]
     if rows[0].start < -1e-4 or (spoken and (spoken[-1].end > duration + tolerance or spoken[-1].start >= duration)):
         raise DnnvssError(
             f"tier {tier.name!r} has speech from {rows[0].start:.3f} to {(spoken or rows)[-1].end:.3f} s, "
@@ -88,9 +90,9 @@ def _span(tier: Tier, duration: float, tolerance: float) -> Tier:
             remedy="Give the alignment that belongs to this recording",
         )
     rows = [s._replace(end=min(s.end, duration)) for s in rows if s.start < duration - 1e-4]
-    if rows[0].start > 1e-4 and not _silent(rows[0], pause):
+    if rows[0].start > 1e-4 and not units and not _silent(rows[0], pause):
         rows.insert(0, Segment(0.0, rows[0].start, pause))
-    if rows[-1].end < duration - 1e-4 and not _silent(rows[-1], pause):
+    if rows[-1].end < duration - 1e-4 and not units and not _silent(rows[-1], pause):
         rows.append(Segment(rows[-1].end, duration, pause))
     rows[0] = rows[0]._replace(start=0.0)
     rows[-1] = rows[-1]._replace(end=duration)

@@ -31,7 +31,7 @@ def read_grid_align(path: str | Path, unit: float = UNIT) -> Tier:
             continue
         fields = line.split()
         try:
-            segment = Segment(float(fields[0]) / unit, float(fields[1]) / unit, fields[2])
+            segment = Segment(float(fields[0]) / unit, float(fields[1]) / unit, " ".join([fields[2], *fields[3:]]))
             Tier("words", [*segments[-1:], segment])
         except (ValueError, IndexError, DnnvssError) as error:
             why = error.problem if isinstance(error, DnnvssError) else f"{line.strip()!r} is not START END WORD"

@@ -11,6 +11,7 @@ from dnnvss.timing import Alignment, Segment, Tier
 UNIT = 10_000_000
 """HTK's time units in a second."""
 
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?", re.IGNORECASE)
 _REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
 
 
@@ -18,8 +19,9 @@ def read_lab(path: str | Path) -> Alignment:
     """Return the alignment in an HTK label file.
 
     Lines are ``start end phone`` with times in 100 ns units (times with a decimal point are seconds). A fourth column
-    that holds a number is a score and is left out; other text there is the word that begins with this phone (HTK's
-    second level) and gives the tier ``words``. HTS full-context labels give the phone in their middle.
+    that holds a number on every line is a score and is left out. Other text there, or after the score, is the word that
+    begins with this phone (HTK's second level) and gives the tier ``words``; ``_`` inside it stands for a space. HTS
+    full-context labels give the phone in their middle.
 
     Raises:
         DnnvssError: unreadable, no line, a line that is not of this form, a gap, an overlap or an unknown phone; names
@@ -34,7 +36,7 @@ def read_mlf(path: str | Path) -> dict[str, Alignment]:
     """Return the alignment of every utterance in an HTK master label file, by the stem of its name.
 
     Raises:
-        DnnvssError: as :func:`read_lab`, or a file without the header ``#!MLF!#``.
+        DnnvssError: as :func:`read_lab`, a file without the header ``#!MLF!#``, or an utterance without its end.
     """
     path = Path(path)
     lines = files.read(path, lambda p: p.read_text("utf-8").splitlines(), _REMEDY)
@@ -42,22 +44,29 @@ def read_mlf(path: str | Path) -> dict[str, Alignment]:
         raise DnnvssError("line 1 is not #!MLF!#", file=path, remedy="Give a master label file, or name it .lab")
     found: dict[str, Alignment] = {}
     name, rows = "", list[tuple[int, str]]()
-    for number, line in enumerate(lines[1:], start=2):
-        if match := re.fullmatch(r'\s*"(.*)"\s*', line):
+    for number, line in enumerate([*lines[1:], ""], start=2):
+        match = re.fullmatch(r'\s*"(.*)"\s*', line)
+        if (name or rows) and (match or number > len(lines)):
+            raise DnnvssError(f"line {number - 1}: utterance {name!r} has no end", file=path, utterance=name or None,
+                              remedy="End each utterance with a line of one dot, or get the whole file again")
+        if match:
             name, rows = re.sub(r"\.\w+$", "", match.group(1).split("/")[-1]), []
         elif line.strip() == ".":
             if name in found or not name:
                 raise DnnvssError(f"line {number}: utterance {name!r} ends here but is "
                                   f"{'there twice' if name else 'without a name'}", file=path, remedy=_REMEDY)
             found[name] = _parse(path, rows, name)
-            name = ""
-        else:
+            name, rows = "", []
+        elif line.strip():
             rows.append((number, line))
     return found
 
 
 def write_lab(path: str | Path, alignment: Alignment) -> Path:
-    """Write the tier ``phones`` as an HTK label file, words in the fourth column, and return the path."""
+    """Write the tier ``phones`` as an HTK label file and return the path.
+
+    Words stand in the fourth column, their spaces as ``_``.
+    """
     return files.write_text(path, "\n".join(_lines(alignment)) + "\n")
 
 
@@ -70,7 +79,8 @@ def write_mlf(path: str | Path, alignments: dict[str, Alignment]) -> Path:
 
 
 def _lines(alignment: Alignment) -> list[str]:
-    words = {round(s.start * UNIT): s.label or "sil" for s in alignment["words"]} if "words" in alignment else {}
+    tiers = [t for t in alignment.tiers if t.name == "words"]
+    words = {round(s.start * UNIT): "_".join(s.label.split()) or "sil" for t in tiers for s in t}
     return [
         f"{round(s.start * UNIT)} {round(s.end * UNIT)} {s.label} {words.get(round(s.start * UNIT), '')}".rstrip()
         for s in alignment["phones"]
@@ -79,10 +89,9 @@ def _lines(alignment: Alignment) -> list[str]:
 
 def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = None) -> Alignment:
     segments, words = list[Segment](), list[tuple[float, str]]()
-    for number, line in lines:
-        fields = line.split()
-        if not fields:
-            continue
+    table = [(number, line, line.split()) for number, line in lines if line.strip()]
+    column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
+    for number, line, fields in table:
         try:
             start, end = (float(x) if "." in x else int(x) / UNIT for x in fields[:2])
             segment = Tier("phones", [(start, end, fields[2])])[0]
@@ -99,8 +108,8 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
             raise DnnvssError(f"line {number}: {kind} of {size:.4f} s before {fields[2]!r}", file=path,
                               utterance=utterance, remedy="Make the lines meet; write silence as a line of its own")
         segments.append(segment)
-        if len(fields) > 3 and not re.fullmatch(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?", fields[3], re.I):
-            words.append((start, word_of(fields[3])))
+        if len(fields) > column:
+            words.append((start, word_of(fields[column].replace("_", " "))))
     if not segments:
         raise DnnvssError("holds no label", file=path, utterance=utterance, remedy=_REMEDY)
     tiers = [phone_tier(segments)]

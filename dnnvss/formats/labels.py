@@ -9,7 +9,7 @@ from dnnvss.timing import Segment, Tier
 _LONG = {"sil", "<sil>", "silence", "h#", "#h", "pau", "<s>", "</s>", "sent-start", "sent-end", "!enter", "!exit"}
 _SHORT = {"sp", "<sp>", "ssil", "#"}
 _EMPTY = {"", "<eps>", "_", "-", "<p:>"}
-_WORD_PAUSES = _LONG | _SHORT | _EMPTY
+_WORD_PAUSES = (_LONG | _SHORT | _EMPTY) - {"silence"}  # which is a word of English too
 _FULL_CONTEXT = re.compile(r"-([^-+^@/]+)\+")
 _ALIASES = {"AX": "AH", "AXR": "ER", "IX": "IH", "EL": "L", "EM": "M", "EN": "N", "DX": "T", "NX": "N", "HV": "HH",
             "UX": "UW", "AX-H": "AH", "ENG": "NG"}

@@ -101,7 +101,8 @@ class DurationModel:
         Args:
             rate: speaking rate, 1 as in the corpus, 2 twice as fast.
             total: length in seconds to meet exactly, silences at both ends included; then ``rate`` is not used.
-            lead_in, lead_out: seconds of silence before and after; 0 for none.
+            lead_in, lead_out: seconds of silence before and after, 0 for none; pauses that the text asks for there are
+                added.
             expected: another source of the expected seconds (n,) of each spoken phone; this model's own if left out.
 
         Raises:
@@ -110,6 +111,7 @@ class DurationModel:
         if not 0.25 <= rate <= 4 or lead_in < 0 or lead_out < 0:
             raise DnnvssError(f"cannot speak at rate {rate} with silences of {lead_in} and {lead_out} s",
                               remedy="Give rate=0.25 to 4 and silences of 0 s or more")
+        lead_in, lead_out = lead_in + sentence.pause_before, lead_out + sentence.pause_after
         plan = _planned(sentence, self.pauses)
         mean, deviation = self.log_durations(plan, sentence.text)
         mean = mean + deviation**2 / 2 if expected is None else np.log(expected(plan, sentence.text))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.phones import SPOKEN, strip_stress
+from dnnvss.phones import SPOKEN, VOWELS, strip_stress
 from dnnvss.text import derive, network
 from dnnvss.text.variants import VARIANTS, british
 
@@ -78,14 +78,17 @@ def letter_name(letter: str, variant: str = "en_us") -> Phones:
 def entries(word: str, variant: str = "en_us", overrides: Overrides | None = None) -> list[Entry]:
     """Return the pronunciations of a word with their sources, best first, never none.
 
-    In order: the user's overrides, names of single letters, the variant's table, the dictionary, words derived from
-    it (possessive, inflection, British spelling, compound), the network.
+    In order: phones given in the text (:func:`given_phones`), the user's overrides, names of single letters, the
+    variant's table, the dictionary, words derived from it (possessive, inflection, British spelling, compound), the
+    network.
 
     Raises:
         DnnvssError: an unknown variant, a word without letters, or an override that is not made of the 39 phones.
     """
     if variant not in VARIANTS:
         raise DnnvssError(f"unknown variant {variant!r}", remedy=f"Use one of: {', '.join(VARIANTS)}")
+    if given := given_phones(word):
+        return [Entry(tuple(map(strip_stress, given)), "inline")]
     key = word.lower() if word.lower() in dictionary() else normalised(word)
     if own := _override(key, overrides):
         return [Entry(own, "override")]
@@ -104,6 +107,21 @@ def pronunciations(word: str, variant: str = "en_us", overrides: Overrides | Non
         DnnvssError: an unknown variant, a word without letters, or an override that is not made of the 39 phones.
     """
     return list(dict.fromkeys(entry.phones for entry in entries(word, variant, overrides)))
+
+
+def name_of(phones: Sequence[str]) -> str:
+    """Return the word that stands for phones given in a text: ``w-ay1-n-d``."""
+    return "-".join(p.lower() for p in phones)
+
+
+def given_phones(word: str) -> Phones:
+    """Return the phones, with their stress digits, that a word made by :func:`name_of` stands for; none for others.
+
+    A single phone is known by its stress digit only: without one it looks like a word or a letter.
+    """
+    phones = tuple(word.upper().split("-"))
+    single = len(phones) == 1 and (strip_stress(word) == word or strip_stress(phones[0]) not in VOWELS)
+    return phones if not single and all(strip_stress(p) in SPOKEN for p in phones) else ()
 
 
 def normalised(word: str) -> str:

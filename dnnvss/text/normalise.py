@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from dnnvss.errors import DnnvssError
 from dnnvss.text import quantities, wording
-from dnnvss.text.lexicon import check_phones
+from dnnvss.text.lexicon import check_phones, name_of
 from dnnvss.text.tokens import Token, table
 from dnnvss.text.variants import VARIANTS
 from dnnvss.text.wording import Place
@@ -27,12 +27,15 @@ _QUANTITY = re.compile(r"['\u2019+\-\u2212(.$£€¥₹]*\d|[-\u2212]?[$£€¥�
                        re.IGNORECASE)
 _SHARP = re.compile(r"\b[A-G]$")
 _MAJOR = re.compile(r"[.!?\u2026\u203d\u00a1\u00bf]+")
-_MINOR = re.compile(r"[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7]+|-+(?=\s|-|$)|(?<=\s)-+")
+_MINOR = re.compile(rf"(?:(?!{quantities.BRACKETED})[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7])+"
+                    r"|-{2,}|-(?=\s|$)|(?<=\s)-")
 _SILENT = re.compile(r"[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u00b4/*_#-]")
 
 
 def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Token]:
     """Return the pieces of a text with the words that are said for them, in order.
+
+    A pause of so many seconds before the first word is a piece without words.
 
     Args:
         text: anything; line breaks count as spaces, an empty line ends a sentence.
@@ -57,7 +60,7 @@ def _scan(text: str, british: bool, lenient: bool, found: list[Token]) -> None:
         if end is None:
             end = _spoken(text, at, british, shouting, lenient, found)
         if end is None:
-            if not lenient:
+            if not lenient and text[at] not in "-\u2010\u2011":  # a hyphen that joins nothing
                 raise _unspeakable(text, at)
             end = at + 1
         at = end
@@ -76,7 +79,7 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
     elif match := _PHONES.match(text, at):
         try:
             phones = check_phones(match[1], match[0])
-            found.append(Token(match[0], ("-".join(p.lower() for p in phones),), phones=phones))
+            found.append(Token(match[0], (name_of(phones),), phones=phones))
         except DnnvssError:
             if not lenient:
                 raise
@@ -119,6 +122,8 @@ def _elided(text: str, at: int) -> bool:
 def _break(found: list[Token], brk: str, pause: float | None = None) -> None:
     if found:
         found[-1] = found[-1].broken(brk, pause)
+    elif pause is not None:
+        found.append(Token("", (), brk, pause=pause))
 
 
 @lru_cache(maxsize=1)
@@ -131,6 +136,8 @@ def _spoken(text: str, at: int, british: bool, shouting: bool, lenient: bool, fo
     if match := _EMPHASIS.match(text, at):
         inner: list[Token] = []
         _scan(match[2] or match[4], british, lenient, inner)
+        if found and inner and not inner[0].words:
+            _break(found, "major", inner.pop(0).pause)
         found += [replace(token, emphasis=True) for token in inner]
         return match.end()
     if text[at].isdigit() and not text[at].isascii():

@@ -14,6 +14,10 @@ _MONTH = r"(?P<month>(?:" + "|".join(f"{m[:3]}(?:{m[3:]})?" for m in MONTHS) + r
 _NUMBER = r"(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d+(?:\.\d+)?|\.\d+)"
 _END = r"(?![\w])"
 _SCALE = r"(?:thousand|million|billion|trillion)"
+_MINUS = r"(?P<minus>(?<![\w)%°$£€¥₹¢])[-\u2212])?"
+_TO = r"(?:[-\u2013]|\s[-\u2013]\s)"
+BRACKETED = r"\((?:\d{3}\)\s?\d{3}[\s-]\d{4}|0\d{2,4}\)\s?\d{3,4}[\s-]\d{3,4})(?!\d)"
+"""A telephone number whose first group stands in brackets."""
 
 
 _DATED = re.compile(r"\b(?:in|since|of|by|until|before|after|from|year|around|circa)\s$", re.IGNORECASE)
@@ -64,15 +68,21 @@ def _month_number(name: str) -> int:
     return next(i for i, month in enumerate(MONTHS, 1) if month.startswith(name.lower().rstrip(".")[:3]))
 
 
+def _is_date(m: re.Match[str]) -> bool:
+    """Return whether there is such a day; small *may* and *march* are verbs unless more speaks for a date."""
+    sure = m["y"] or re.search(r"\sof\s|\d(?:st|nd|rd|th)$", m[0], re.IGNORECASE)
+    return 1 <= int(m["d"]) <= 31 and bool(sure or m["month"] not in ("may", "march"))
+
+
 def _day_month(m: re.Match[str], british: bool) -> Said:
     year = numbers.year(int(m["y"]), british) if m["y"] else []
-    if not 1 <= int(m["d"]) <= 31:
+    if not _is_date(m):
         return None
     return ["the", *numbers.ordinal(int(m["d"])), "of", MONTHS[_month_number(m["month"]) - 1], *year]
 
 
 def _month_day(m: re.Match[str], british: bool) -> Said:
-    if not 1 <= int(m["d"]) <= 31:
+    if not _is_date(m):
         return None
     year = numbers.year(int(m["y"]), british) if m["y"] else []
     day = numbers.ordinal(int(m["d"]))
@@ -95,6 +105,27 @@ def _money(m: re.Match[str], british: bool) -> Said:
     scale = (m["scale"] or "").lower()
     scale = numbers.SCALE_SUFFIXES.get(scale, scale)
     return (["minus"] if m["minus"] else []) + numbers.money(m["sign"], m["n"], scale, british)
+
+
+def _money_range(m: re.Match[str], british: bool) -> Said:
+    """Two amounts; the currency is said once unless one of them has cents."""
+    first, last = (numbers.SCALE_SUFFIXES.get(scale.lower(), scale.lower()) for scale in (m["first"] or "",
+                                                                                          m["scale"] or ""))
+    if "." in m["a"] + m["b"] and not first and not last:
+        start = numbers.money(m["sign"], m["a"], "", british)
+    else:
+        start = [*numbers.number(m["a"], british), *first.split()]
+    return [*start, "to", *numbers.money(m["sign"], m["b"], last, british)]
+
+
+def _money_after(m: re.Match[str], british: bool) -> Said:
+    amount = numbers.money(m["sign"], m["n"], (m["scale"] or "").lower(), british)
+    return (["minus"] if m["minus"] else []) + amount
+
+
+def _range_of_units(m: re.Match[str], british: bool) -> Said:
+    unit = [numbers.CURRENCIES[m["sign"]][1]] if m["sign"] else unit_words(m["unit"], False)
+    return [*numbers.number(m["a"], british), "to", *numbers.number(m["b"], british), *unit]
 
 
 def _telephone(m: re.Match[str], british: bool) -> Said:
@@ -171,6 +202,8 @@ def _plain(m: re.Match[str], british: bool) -> Said:
 def rules() -> list[Rule]:
     """Return the rules in the order in which they are tried."""
     unit, i = _unit_pattern(), re.IGNORECASE
+    units = "|".join(map(re.escape, sorted(table("units"), key=len, reverse=True)))
+    scale = rf"{_SCALE}|bn|mn|tn|[kmb]"
     half = r"(?P<half>[ap]\.?m\b\.?)"
     pairs: list[tuple[str, int, Callable[[re.Match[str], bool], Said]]] = [
         (rf"(?P<y>\d{{4}})-(?P<m>\d\d)-(?P<d>\d\d){_END}", 0, _iso_date),
@@ -181,20 +214,24 @@ def rules() -> list[Rule]:
         (rf"(?P<h>\d{{1,2}}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d))?(?:\s?{half})?{_END}", i, _time),
         (rf"(?P<h>\d{{1,2}})(?:\.(?P<min>[0-5]\d))?(?P<s>)\s?{half}{_END}", i, _time),
         (rf"(?P<a>\d+):(?P<b>\d+){_END}", 0, _ratio),
-        (rf"(?P<minus>[-\u2212])?(?P<sign>[$£€¥₹])\s?(?P<n>{_NUMBER})(?:\s?(?P<scale>{_SCALE}|bn|mn|tn|[kmb]){_END})?",
-         i, _money),
-        (r"\+\d{1,3}(?:[\s-]\(?\d{2,5}\)?){2,4}(?!\d)|\(\d{3,5}\)\s?\d{3,4}[\s-]\d{3,4}(?!\d)|\d{3}-\d{3}-\d{4}(?!\d)"
+        (rf"(?P<sign>[$£€¥₹])\s?(?P<a>{_NUMBER})(?:\s?(?P<first>{scale}))?(?:{_TO}(?P=sign)\s?|[-\u2013])(?P<b>{_NUMBER})"
+         rf"(?:\s?(?P<scale>{scale}){_END})?(?![\w-])", i, _money_range),
+        (rf"{_MINUS}(?P<sign>[$£€¥₹])\s?(?P<n>{_NUMBER})(?:\s?(?P<scale>{scale}){_END})?", i, _money),
+        (rf"\+\d{{1,3}}(?:[\s-]\(?\d{{2,5}}\)?){{2,4}}(?!\d)|{BRACKETED}|\d{{3}}-\d{{3}}-\d{{4}}(?!\d)"
          r"|\d{3}-\d{4}(?!\d)|0\d{2,4}\s\d{3,4}\s\d{3,4}(?!\d)", 0, _telephone),
         (rf"(?P<n>\d{{1,3}}(?:,\d{{3}})+|\d+)(?:st|nd|rd|th){_END}", i, _ordinal),
         (rf"(?:['\u2019](?=\d\d['\u2019]?s))?(?P<n>\d{{2}}|\d{{4}})['\u2019]?s{_END}", 0,
          lambda m, _: numbers.decade(int(m["n"]))),
         (rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}}){_END}", 0, _fraction),
         (r"(?P<n>\d+)\s?(?P<f>[½⅓⅔¼¾⅛])", 0, _vulgar),
+        (rf"(?P<a>{_NUMBER})\s?(?:(?P<sign>[$£€¥₹])|(?P<unit>{units})){_TO}(?P<b>{_NUMBER})\s?(?:(?P=sign)|(?P=unit))"
+         r"(?![\w-])", 0, _range_of_units),
+        (rf"{_MINUS}(?P<n>{_NUMBER})\s?(?:(?P<scale>{_SCALE})\s?)?(?P<sign>[$£€¥₹])(?!\s?\d)", i, _money_after),
         (rf"(?P<a>{_NUMBER})\s?[\u2013\u2014-]\s?(?P<b>{_NUMBER})(?:{unit})?(?![\w-])", 0, _range),
         (rf"\d+(?:\.\d+){{2,}}{_END}", 0, _versions),
-        (rf"(?P<minus>(?<![\w)])[-\u2212])?(?P<n>{_NUMBER}){unit}", 0, _quantity),
+        (rf"{_MINUS}(?P<n>{_NUMBER}){unit}", 0, _quantity),
         (rf"(?P<n>\d+)(?P<words>(?:-[A-Za-z]+)+){_END}", 0, _compound),
         (rf"\d+(?:[A-Za-z]+\d*)+{_END}", 0, _mixed),
-        (rf"(?P<sign>(?<![\w)])[-\u2212+])?(?P<n>{_NUMBER})", 0, _plain),
+        (rf"(?P<sign>(?<![\w)%°$£€¥₹¢])[-\u2212+])?(?P<n>{_NUMBER})", 0, _plain),
     ]
     return [(re.compile(pattern, flags), handler) for pattern, flags, handler in pairs]

@@ -59,10 +59,22 @@ class Word:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A text and its words, at least one."""
+    """A text and its words, at least one.
+
+    Args:
+        text: as written.
+        words: in order.
+        pause_before: seconds of a pause that the text asks for before its first word, 0 if it does not.
+    """
 
     text: str
     words: tuple[Word, ...]
+    pause_before: float = 0.0
+
+    @property
+    def pause_after(self) -> float:
+        """Seconds of a pause that the text asks for after its last word, 0 if it does not."""
+        return self.words[-1].pause or 0.0
 
     def report(self) -> list[dict[str, str]]:
         """Return the pronunciation report: for each word what was written, said, from where, and what is doubtful."""
@@ -91,7 +103,8 @@ def parse(text: str, variant: str = "en_us", overrides: Overrides | None = None)
             message names the piece.
     """
     pieces = tokens(text, variant)
-    if not any(token.words for token in pieces):
+    pause_before = pieces.pop(0).pause if pieces and not pieces[0].words else None
+    if not pieces:
         raise DnnvssError(f"there is no word to speak in {text[:40]!r}",
                           remedy="Write at least one English word or number")
     known = {word.lower(): phones for word, phones in (overrides or {}).items()}
@@ -105,7 +118,7 @@ def parse(text: str, variant: str = "en_us", overrides: Overrides | None = None)
             made = _word(token, word, variant, known, chosen.get(at))
             words.append(made if i == len(token.words) - 1 else replace(made, break_after="none", pause=None))
             words[-1] = _letter_a(words, following)
-    return Sentence(text, _in_context(words))
+    return Sentence(text, _in_context(words), pause_before or 0.0)
 
 
 @lru_cache(maxsize=4096)

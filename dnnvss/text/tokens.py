@@ -13,7 +13,8 @@ class Token:
 
     Args:
         written: the piece as it stands in the text.
-        words: what is said, in lower case; a single capital is the name of that letter.
+        words: what is said, in lower case; a single capital is the name of that letter; none before a pause that the
+            text begins with.
         brk: the break after it: ``none``, ``minor`` (comma, dash) or ``major`` (end of a sentence).
         phones: phones given in the text itself, else None; then there is one word.
         emphasis: the text emphasises it.

@@ -28,6 +28,22 @@ def test_phones_and_words_come_back_as_written(tmp_path, alignment, suffix):
     assert again.read_text().replace("two", "one") == path.read_text()
 
 
+@pytest.mark.parametrize("suffix", [".TextGrid", ".lab", ".mlf", ".align"])
+@pytest.mark.parametrize("word", ["silence", "2", "New York"])
+def test_words_that_look_like_something_else_come_back(tmp_path, alignment, suffix, word):
+    named = alignment.with_tier(alignment["words"].renamed(["", word, "", "7", ""]))
+    path = write_alignment(tmp_path / f"one{suffix}", named)
+    assert read_alignment(path)["words"].labels == ("", word, "", "7", "")
+
+
+def test_scores_of_htk_stand_on_every_line_and_words_may_follow(tmp_path):
+    path = tmp_path / "one.lab"
+    path.write_text("0 1 sil -3.5\n1 2 B -7 bin -20\n2 3 IH 4\n3 4 N 5e-1\n")
+    assert read_alignment(path)["words"].labels == ("", "bin")
+    path.write_text("0 1 T 2\n1 2 UW\n")
+    assert read_alignment(path)["words"].labels == ("2",)
+
+
 def test_grid_align_holds_words_in_units_of_25_kilohertz(tmp_path, alignment):
     path = write_alignment(tmp_path / "one.align", alignment)
     assert path.read_text().splitlines() == [
@@ -102,6 +118,9 @@ def test_every_utterance_of_a_master_label_file(tmp_path, alignment):
     ("x.lab", "100000 0 sil\n", "line 1: .*runs from 0.01 to 0.0"),
     ("x.lab", "\n", "holds no label"),
     ("x.mlf", "0 1 sil\n", "line 1 is not #!MLF!#"),
+    ("x.mlf", '#!MLF!#\n"a.lab"\n0 1 sil\n.\n"b.lab"\n0 1 sil\n', "line 6: utterance 'b' has no end"),
+    ("x.mlf", '#!MLF!#\n"a.lab"\n0 1 sil\n"b.lab"\n0 1 sil\n.\n', "line 3: utterance 'a' has no end"),
+    ("x.mlf", '#!MLF!#\n"a.lab"\n0 1 sil\n.\n"b.la', "line 5: utterance '' has no end"),
     ("x.align", "0 100 sil\n100 200\n", "line 2: '100 200' is not START END WORD"),
     ("x.align", "0 100 sil\n25000 50000 bin\n", "line 2: .*gap of 0.9960 s"),
     ("x.csv", "word\n", "line 1 is not start,end,word"),
@@ -145,3 +164,11 @@ def test_spanning_pads_and_cuts_silence(alignment):
     assert padded == alignment
     with pytest.raises(DnnvssError, match=r"recording runs from 0 to 0\.400"):
         spanning(alignment, 0.4)
+
+
+def test_spanning_makes_the_outer_visemes_longer(alignment):
+    units = Alignment([Tier("phones", PHONES[1:-1]), Tier("visemes", [(0.25, 0.4, "7"), (0.4, 0.62, "3")])])
+    longer = spanning(units, 0.96)["visemes"]
+    assert (longer.labels, longer.edges.tolist()) == (("7", "3"), [0.0, 0.4, 0.96])
+    silent_end = alignment.with_tier(Tier("visemes", [(0.0, 0.4, "7"), (0.4, 0.96, "3")]))
+    assert spanning(silent_end, 0.7)["visemes"].edges.tolist() == [0.0, 0.4, 0.7]

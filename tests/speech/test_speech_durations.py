@@ -91,6 +91,15 @@ def test_pauses_come_from_punctuation_corpus_and_text(model: DurationModel) -> N
     assert [s.duration for s in slow["phones"] if s.label == "sp"] == [pytest.approx(0.7)]
 
 
+def test_pauses_at_the_ends_of_a_text_are_added_to_the_silence(model: DurationModel) -> None:
+    ends = [[round(a["phones"][i].duration, 3) for i in (0, -1)] for a in (
+        model.predict(parse("[pause 2s] no news [pause 500ms]"), rate=2.0),
+        model.predict(parse("[pause 2s] no news. [pause]"), total=4.0, lead_in=0.0))]
+    assert ends == [[2.2, 0.8], [2.0, 0.3]]
+    with pytest.raises(DnnvssError, match=r"2\.0 s are too short for 5 phones and 2\.50 s of silence"):
+        model.predict(parse("[pause 2s] no news"), total=2.0)
+
+
 def test_phones_that_the_corpus_lacks_fall_back_to_their_class(model: DurationModel) -> None:
     assert not {"CH", "OY"} & {name.split()[0] for name in model.columns}
     choice = {s.label: s.duration for s in model.predict(parse("choice news"))["phones"]}

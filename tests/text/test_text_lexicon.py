@@ -6,6 +6,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.phones import SPOKEN
 from dnnvss.text.lexicon import LETTERS, entries, pronunciations
 from dnnvss.text.network import SYMBOLS, spell, stress
+from dnnvss.text.sentence import spoken_words
 
 
 @pytest.mark.parametrize(("word", "variant", "phones"), [
@@ -36,6 +37,13 @@ def test_best_pronunciation(word: str, variant: str, phones: str | None) -> None
     best = pronunciations(word, variant)[0]
     assert set(best) <= set(SPOKEN)
     assert phones is None or " ".join(best) == phones
+
+
+def test_phones_given_in_a_text_are_the_pronunciation_of_their_word() -> None:
+    words = [word for word, _ in spoken_words("the {W AY1 N D} {OY2} {S} well-known co-op B2")]
+    assert words[1:4] == ["w-ay1-n-d", "oy2", "s"]
+    assert [pronunciations(word)[0] for word in words[1:3]] == [("W", "AY", "N", "D"), ("OY",)]
+    assert [entries(word)[0].source for word in [*words[3:], "s2", "x-ray"]].count("inline") == 0
 
 
 def test_single_letters_have_their_names() -> None:

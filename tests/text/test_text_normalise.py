@@ -50,6 +50,21 @@ def said(text: str, variant: str = "en_us") -> str:
     ("<speak>Hi <b>there</b><break time=\"200ms\"/> you</speak>", "hi there. you"),
     ("E = mc², a Ph.D. at AT&T in C# or F# minor",
      "E equals mc squared, a P H D at A T and T in C sharp or F sharp minor"),
+    ("hello--world, \"-x\" -- (-5) or -y", "hello, world, X, minus five, or, Y"),
+    ("Call (555) 123-4567 (020) 7946 0958 (2020) 5",
+     "call five five five, one two three, four five six seven zero two zero, seven nine four six, zero nine five "
+     "eight, twenty twenty, five"),
+    ("$5-$10, $5 - $10, $5\u2013$10 million, $1.50-$2, £5-6",
+     "five to ten dollars, five to ten dollars, five to ten million dollars, "
+     "one dollar and fifty cents to two dollars, five to six pounds"),
+    ("5%-10%, 5kg-10kg, 100€-200€, 5%-$3, -$4",
+     "five to ten percent, five to ten kilograms, one hundred to two hundred euros, "
+     "five percent three dollars, minus four dollars"),
+    ("You may 5 times. We march 10 miles, the 3 may go", "you may five times. we march ten miles, the three may go"),
+    ("May 5, MARCH 6, march 7th, the 8th of may, 9 may 2020",
+     "may fifth, march sixth, march seventh, the eighth of may, the ninth of may twenty twenty"),
+    ("100€, 3 £, 1€, 1.50€, -5 million $, 5 $10 notes", "one hundred euros, three pounds, one euro, one euro and fifty "
+     "cents, minus five million dollars, five ten dollars notes"),
     ("snake_case and/or camelCase", "snake case and or camel case"),
 ])
 def test_words(text: str, words: str) -> None:

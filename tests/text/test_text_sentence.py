@@ -57,6 +57,16 @@ def test_report_names_sources_and_doubts() -> None:
     assert report[0] == {"written": "Wind", "spoken": "wind", "phones": "W AY1 N D", "source": "override", "doubt": ""}
 
 
+@pytest.mark.parametrize(("text", "before", "inside", "after"), [
+    ("[pause 2s] hello you [pause 300ms]", 2.0, None, 0.3),
+    ("*[pause 2s] hello* <break time=\"1s\"/> you", 2.0, 1.0, 0.0),
+    ("hello *[pause 2s] you* [pause]", 0.0, 2.0, 0.0)])
+def test_pauses_before_between_and_after_words(text: str, before: float, inside: float | None, after: float) -> None:
+    sentence = parse(text)
+    assert [w.spoken for w in sentence.words] == ["hello", "you"] == [w for w, _ in spoken_words(text)]
+    assert (sentence.pause_before, sentence.words[0].pause, sentence.pause_after) == (before, inside, after)
+
+
 def test_breaks_and_words_agree_with_the_light_pass() -> None:
     sentence = parse("At 10:45, Dr. Who left. Really?")
     assert [(w.spoken, w.break_after) for w in sentence.words] == [
@@ -65,7 +75,7 @@ def test_breaks_and_words_agree_with_the_light_pass() -> None:
     assert [w for w, _ in spoken_words(sentence.text)] == [w.spoken for w in sentence.words]
 
 
-@pytest.mark.parametrize("text", ["", "   ", "—", "...", "\n\n", "<speak></speak>", "!?", "()"])
+@pytest.mark.parametrize("text", ["", "   ", "—", "...", "\n\n", "<speak></speak>", "!?", "()", "[pause 2s]"])
 def test_nothing_to_speak_is_an_error(text: str) -> None:
     with pytest.raises(DnnvssError, match="no word to speak"):
         parse(text)
