@@ -209,7 +209,8 @@ def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Se
     engine = find_engine(config.speech.engine, imposing=timed)
     speech = engine.speak(sentence, plan.alignment)
     if not engine.imposes:
-        speech = with_silences(speech, config.lead_in / 1000, config.lead_out / 1000)
+        speech = with_silences(speech, config.lead_in / 1000 + sentence.pause_before,
+                               config.lead_out / 1000 + sentence.pause_after)
     print(f"speech: {engine.name}")
     alignment = speech.alignment.with_tier(plan.alignment[TIER]) if TIER in plan.alignment else speech.alignment
     return Plan(plan.text, alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})

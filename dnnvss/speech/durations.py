@@ -109,8 +109,8 @@ class DurationModel:
             DnnvssError: a rate outside 0.25 to 4, negative silences, or a total that is too short for the phones.
         """
         if not 0.25 <= rate <= 4 or lead_in < 0 or lead_out < 0:
-            raise DnnvssError(f"cannot speak at rate {rate} with silences of {lead_in} and {lead_out} s",
-                              remedy="Give rate=0.25 to 4 and silences of 0 s or more")
+            raise DnnvssError(f"cannot speak at a speed of {rate} with silences of {lead_in} and {lead_out} s",
+                              remedy="Give speed=0.25 to 4, and silences (lead_in, lead_out) of 0 or more")
         lead_in, lead_out = lead_in + sentence.pause_before, lead_out + sentence.pause_after
         plan = _planned(sentence, self.pauses)
         mean, deviation = self.log_durations(plan, sentence.text)

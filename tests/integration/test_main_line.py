@@ -22,7 +22,7 @@ from dnnvss.evaluation.__main__ import main as evaluate_runs
 from dnnvss.formats import read_alignment
 from dnnvss.pipeline.cli import grouped
 from dnnvss.pipeline.folder import Run
-from dnnvss.pipeline.sweep import CompareRuns, run_folder, what_differs
+from dnnvss.pipeline.sweep import CompareRuns, _free, run_folder, what_differs
 from dnnvss.pipeline.synthesise import replace_unseen, synthesise
 from dnnvss.pipeline.train import train
 from dnnvss.pipeline.videos import write_side_by_side
@@ -236,6 +236,8 @@ def test_curves_have_a_line_for_each_picture(home: Path) -> None:
 
 
 @pytest.mark.parametrize("wrong, message", [
+    ("speed=fast", "speed=fast is no number"), ("key_names=aperture", "key_names=aperture is no list"),
+    ("key_positions=[2]", "Give shares of a phone"), ("wav=nothing.wav", "nothing.wav: no such file.*given as wav="),
     ("out=x.npz", r"out=x\.npz does not end in \.mp4.*export_curves"),
     ("export_curves=x.txt", r"export_curves=x\.txt does not end in \.csv"),
     ("+style.groups.jaw=[aam99]", "named 'aam99'"), ("+style.by_group.jaw=2", "no group is named 'jaw'"),
@@ -247,6 +249,31 @@ def test_wrong_styles_and_keys_are_named_before_anything_is_rendered(
         synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/x.mp4", "speech=none", "text=hello",
                              f"export_keys={tmp_path}/y.csv", wrong))
     assert not list(tmp_path.iterdir())
+
+
+def test_nothing_that_is_read_or_written_is_overwritten(home: Path, tmp_path: Path) -> None:
+    recording = tmp_path / "mine.wav"
+    recording.write_bytes(b"a recording")
+    for settings in ([f"wav={recording}"], [f"export_keys={tmp_path}/mine.json"], [f"alignment={tmp_path}/mine.wav"]):
+        with pytest.raises(DnnvssError, match=r"would overwrite what is read|two outputs have this name"):
+            synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/mine.mp4", "text=hello", *settings))
+    assert recording.read_bytes() == b"a recording" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_overwrite_deletes_runs_alone(home: Path, tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("years of work")
+    with pytest.raises(DnnvssError, match="holds something that is not a run"):
+        train(configure("train", f"corpus.out={home}/demo", f"run={tmp_path}", "overwrite=true", *FAST))
+    with pytest.raises(DnnvssError, match="epochs"):
+        train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/ph", "overwrite=true", *FAST,
+                        "trainer.epochs=0"))
+    assert (tmp_path / "thesis.txt").exists() and (home / "runs" / "ph" / "model.pt").exists()
+
+
+def test_a_run_that_was_killed_is_not_spoken_with(home: Path, tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text((home / "runs" / "ph" / "config.yaml").read_text())
+    with pytest.raises(DnnvssError, match=r"has not ended.*train\.py command again"):
+        Run.open(tmp_path)
 
 
 def test_the_dial_of_one_coefficient_leaves_the_others(home: Path) -> None:
@@ -332,6 +359,8 @@ def test_a_sweep_ends_with_one_table_and_one_video(home: Path, tmp_path: Path, m
     sweep.on_job_end(job, SimpleNamespace(status=SimpleNamespace(name="FAILED"), overrides=[]))
     sweep.on_multirun_end(job)
     assert not list(tmp_path.iterdir())
+    places = [_free(home / "runs" / "both-demo", names).name for names in (["ph", "x"], ["ph", "ph_a"], ["ph", "x"])]
+    assert places == ["both-demo-2", "both-demo", "both-demo-2"]  # another sweep leaves this one's table
     out = home / "runs" / "both-demo"
     assert "| labels=ph_a |" in (out / "evaluation.md").read_text()
     width, height = video_info(out / "side_by_side.mp4").size

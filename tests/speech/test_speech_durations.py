@@ -127,7 +127,7 @@ def test_contexts_do_not_depend_on_times(corpus: list[Utterance]) -> None:
 def test_bad_requests_are_named(model: DurationModel, corpus: list[Utterance]) -> None:
     with pytest.raises(DnnvssError, match=r"0\.6 s are too short for 8 phones"):
         model.predict(parse("set blue now"), total=0.6)
-    with pytest.raises(DnnvssError, match="rate 9"):
+    with pytest.raises(DnnvssError, match="speed of 9"):
         model.predict(parse("set blue now"), rate=9)
     with pytest.raises(DnnvssError, match="learnt from 1 utterance"):
         DurationModel.fit(corpus[:1])
