@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -114,15 +115,15 @@ class SearchModel:
         left, right = self.neighbours
         return float(((pixels[right] - pixels[left]) ** 2).mean() / max(float(pixels.var(axis=0).mean()), 1e-6))
 
-    def save(self, path: str | Path) -> Path:
-        """Write the model as ``.npz`` and return the path."""
+    def save(self, path: str | Path, **more: Any) -> Path:
+        """Write the model, and ``more`` arrays beside it, as ``.npz`` and return the path."""
         levels = {f"appearance{i}": level.appearance for i, level in enumerate(self.levels)}
         return files.write_arrays(
             path, format=_FORMAT, settings=np.array(json.dumps(asdict(self.settings))), mean=self.shapes.mean,
             modes=self.shapes.modes, deviations=self.shapes.deviations, triangles=self.shapes.triangles,
             scales=np.array([level.scale for level in self.levels]),
             patch=self.patch, corner=self.corner,
-            limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels)
+            limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels, **more)
 
     @classmethod
     def load(cls, path: str | Path) -> "SearchModel":
