@@ -30,7 +30,7 @@ class SearchSettings:
         scales: texture pixels per pixel of the labelled pictures, coarse to fine, before ``most_pixels``.
         most_pixels: texture pixels of the finest level; larger faces are searched at a smaller scale.
         colour: ``"grey"`` or ``"rgb"``.
-        shape_variance, appearance_variance: share of variance that the modes explain.
+        shape_variance, appearance_variance: share of variance that the modes explain, below 1.
         shape_prior: weight of the shape's prior against the texture.
         iterations: most steps at a level.
         tolerance: a level ends when no point moves farther, in pixels of the labelled pictures.
@@ -55,8 +55,8 @@ class SearchSettings:
         if not self.scales or list(self.scales) != sorted(self.scales) or not self.scales[0] > 0:
             raise DnnvssError(f"search.scales is {self.scales}", remedy="Give scales above 0, the coarsest first")
         for name in ("shape_variance", "appearance_variance"):
-            if not 0 < getattr(self, name) <= 1:
-                raise DnnvssError(f"search.{name} is {getattr(self, name)}", remedy="Give a share up to 1")
+            if not 0 < getattr(self, name) < 1:  # 1 would be a number of modes
+                raise DnnvssError(f"search.{name} is {getattr(self, name)}", remedy="Give a share above 0 and below 1")
 
 
 @dataclass(frozen=True)
