@@ -60,6 +60,14 @@ def test_two_faces_that_fit_alike_are_ambiguous() -> None:
     assert set(_names(found)) == {"ambiguous"} and not found.valid.any()
 
 
+def test_a_doubtful_face_that_is_lost_and_found_again_stays_doubtful() -> None:
+    pictures, _ = cases.clip(5, 10)
+    both = np.concatenate([pictures, pictures], axis=2)
+    both[5:] = np.roll(both[5:], 15, axis=1)  # a jump that only detection follows
+    found = track(cases.model(), both)
+    assert set(_names(found)) == {"ambiguous"} and not found.valid.any()
+
+
 def test_of_two_faces_the_one_that_continues_is_followed() -> None:
     pictures, points = cases.clip(5, 12)
     alone = np.concatenate([pictures, np.full_like(pictures, 90)], axis=2)
