@@ -29,17 +29,19 @@ class Measured:
 
 
 def encode_clip(
-    model: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, valid: np.ndarray, rate: float
+    model: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, valid: np.ndarray, rate: float,
+    name: str = "clip",
 ) -> ClipCode:
     """Return the code of a clip of pictures (F, H, W_, 3), all their landmarks (F, L, 2) in pixels, and valid (F,).
 
     Head pose is measured on the stable points and smoothed; frames beyond the model's limits are marked invalid; the
     clip's mean shape and texture over its valid frames become its offsets (zero where the model keeps clip means).
+    Errors call the clip by its ``name``.
 
     Raises:
         UnusableClipError: no frame is usable.
     """
-    clip = Clip("clip", rate, lambda: (points, valid), lambda: images)
+    clip = Clip(name, rate, lambda: (points, valid), lambda: images)
     return measure_clip(model, clip).code
 
 

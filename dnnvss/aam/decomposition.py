@@ -8,6 +8,7 @@ import numpy as np
 from dnnvss.aam.config import AAMConfig
 from dnnvss.aam.parts import Support
 from dnnvss.aam.pca import components
+from dnnvss.errors import DnnvssError
 
 _CHUNK = 256
 
@@ -41,6 +42,9 @@ def find_modes(rows: np.ndarray, width: int, config: AAMConfig, supports: Sequen
     sqrt(texture variance / shape variance)``. Separate: components of each, shape first, and ``w`` is 1. With
     ``supports`` each part has modes of its own, zero outside its columns, one part after the other; they share ``w``.
     ``rows`` is weighted in place.
+
+    Raises:
+        DnnvssError: the rows do not differ, so that there is no mode.
     """
     weight = 1.0 if config.kind == "separate" else config.shape_weight * _balance(rows, width)
     rows[:, :width] *= weight
@@ -48,6 +52,9 @@ def find_modes(rows: np.ndarray, width: int, config: AAMConfig, supports: Sequen
         joint, deviations = _by_parts(rows, width, config, supports)
     else:
         joint, deviations = _joint(rows, width, config, config.modes)
+    if not len(joint):
+        raise DnnvssError(f"the face model has nothing to learn: its textures were read from {len(rows)} frames, which "
+                          "do not differ", remedy="Give more clips or longer ones, or lower aam.texture_every")
     texture = np.ascontiguousarray(joint[:, width:], dtype=np.float32)
     parameters = rows @ joint.T.astype(np.float32)
     residuals = [np.sqrt(((rows[i:i + _CHUNK, width:] - parameters[i:i + _CHUNK] @ texture) ** 2).mean(axis=1))

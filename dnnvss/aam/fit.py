@@ -66,9 +66,14 @@ def fit_aam(
         progress: show a progress bar.
 
     Raises:
-        DnnvssError: no usable frame, or a point set that does not fit the corpus.
+        DnnvssError: no usable frame, too few of them, a point set that does not fit the corpus, or modes of parts that
+            the kind of model does not use.
     """
     config = config or AAMConfig()
+    if config.kind == "separate" and (counted := [part.name for part in config.parts if part.modes]):
+        raise DnnvssError(f"aam.parts gives {counted[0]} modes of its own, which aam.kind=separate does not look at",
+                          remedy="Leave them out (aam.shape_modes and aam.texture_modes hold for each part), or set "
+                                 "aam.kind=combined")
     layout = config.points.layout(groups)
     reference, tracked, stable_limit = _track(clips, layout, config)
     spread, shape_limit = _shape_limits(tracked, config)

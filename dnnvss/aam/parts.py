@@ -25,7 +25,7 @@ class Part:
     Args:
         name: in front of its parameters' numbers, e.g. ``mouth`` for ``mouth01``.
         groups: the modelled landmark groups that are its own.
-        modes: how many, or the share of variance below 1; 0 takes the model's.
+        modes: how many, or the share of variance below 1; 0 takes the model's, as the separate kind always does.
     """
 
     name: str

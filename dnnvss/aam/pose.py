@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+_LEAST_SIGMA = 0.2
+"""Frames; with less, the neighbours have next to no weight, and there is nothing to smooth."""
+
 
 def fit_pose(points: np.ndarray, reference: np.ndarray, rigid: bool = False) -> np.ndarray:
     """Return the poses (F, 4) that carry ``reference`` (P, 2) onto ``points`` (F, P, 2) with least squares.
@@ -51,11 +54,12 @@ def mean_shape(points: np.ndarray, rounds: int = 5, rigid: bool = False) -> np.n
 def smooth_pose(pose: np.ndarray, valid: np.ndarray, sigma: float) -> np.ndarray:
     """Return poses (F, 4) smoothed over time by a local straight line with Gaussian weights of ``sigma`` frames.
 
-    A straight line, unlike a weighted mean, is not biased at the ends of a clip. Frames that are not ``valid`` (F,)
+    A straight line, unlike a weighted mean, is not biased at the ends of a clip. Below 0.2 frames nothing is smoothed,
+    and where no other frame has weight to lay a line through, the mean stands in. Frames that are not ``valid`` (F,)
     have no weight; they receive the value of the line, or of their nearest neighbours where none is in reach.
     """
     pose = _filled(pose, valid)
-    if sigma <= 0 or len(pose) < 2:
+    if sigma < _LEAST_SIGMA or len(pose) < 2:
         return pose
     reach = min(int(np.ceil(4 * sigma)), len(pose) - 1)
     lag = np.arange(-reach, reach + 1)
@@ -67,9 +71,15 @@ def smooth_pose(pose: np.ndarray, valid: np.ndarray, sigma: float) -> np.ndarray
         return full[reach:reach + len(values)]
 
     s0, s1, s2 = (total(weight, power) for power in range(3))
-    spread = np.maximum(s0 * s2 - s1**2, 1e-12 * s0**2)
-    lines = [(s2 * total(weight * y, 0) - s1 * total(weight * y, 1)) / spread for y in pose.T]
-    return np.stack(lines, axis=1)
+    spread = s0 * s2 - s1**2
+    flat = spread <= 1e-12 * s0**2
+    firm = np.where(flat, 1.0, spread)
+
+    def smooth(values: np.ndarray) -> np.ndarray:
+        m0, m1 = (total(weight * values, power) for power in range(2))
+        return np.where(flat, m0 / s0, (s2 * m0 - s1 * m1) / firm)
+
+    return np.stack([smooth(y) for y in pose.T], axis=1)
 
 
 def _filled(values: np.ndarray, valid: np.ndarray) -> np.ndarray:

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from omegaconf import DictConfig
 
-from dnnvss.aam import encode_clip
+from dnnvss import files
+from dnnvss.aam import ActiveAppearanceModel, encode_clip
+from dnnvss.aam.coding import UnusableClipError
 from dnnvss.corpus import Corpus, read_video, video_info
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.landmarks import read_npz
@@ -18,6 +20,8 @@ from dnnvss.render.views import mesh_frames, patch_frames
 from dnnvss.timing import FrameClock
 
 VIEWS = ("face", "patch", "mesh", "reference")
+_OUTSIDE = 0.25
+"""Share of the model's points outside the picture from which on a frame's landmarks are not this picture's."""
 
 
 @dataclass(frozen=True)
@@ -120,12 +124,16 @@ def open_stage(config: DictConfig, run: Run, request: Request, rate: str, second
 def read_footage(run: Run, into: str) -> Footage:
     """Return an utterance of the run's corpus, or a video file with its landmarks (``.npz``) beside it, as footage.
 
+    Where ``landmarks.json`` lies beside the video, the landmarks are divided by its ``scale``.
+
     Raises:
-        DnnvssError: there is no such utterance or video, or its landmarks are missing or of another kind.
+        DnnvssError: there is no such utterance or video, or its landmarks are missing, of another kind or of another
+            picture, or no frame of them is usable.
     """
     path = Path(into)
     if path.is_file():
-        landmarks, rate = read_npz(path.with_suffix(".npz")), video_info(path).rate
+        marks: Path | None = path.with_suffix(".npz")
+        landmarks, rate = read_npz(path.with_suffix(".npz"), _scale(path.parent)), video_info(path).rate
         images, points, valid = read_video(path), landmarks.points.astype(float), landmarks.valid
         source: str | Path = path
     else:
@@ -135,8 +143,49 @@ def read_footage(run: Run, into: str) -> Footage:
                               remedy=f"Give an id of {corpus.root} or the path of a video with its landmarks beside it")
         utterance = corpus.utterances[into]
         points, valid = corpus.landmarks(utterance)
-        images, rate, source = read_video(corpus.path(utterance, "video")), utterance.rate, into
+        images, rate, source, marks = read_video(corpus.path(utterance, "video")), utterance.rate, into, None
     if len(points) != len(images):
         raise DnnvssError(f"has {len(images)} pictures and {len(points)} frames of landmarks", file=source,
                           remedy="Track the video again")
-    return Footage(images, encode_clip(run.face, images, points, valid, float(rate)), rate, str(source))
+    where: dict[str, Any] = {"utterance": into} if marks is None else {"file": marks}
+    _check(run.face, images, points, valid, where)
+    try:
+        code = encode_clip(run.face, images, points, valid, float(rate), str(source))
+    except UnusableClipError as error:
+        raise DnnvssError(error.problem, **where, remedy="Choose other footage, or track the video again") from error
+    return Footage(images, code, rate, str(source))
+
+
+def _scale(folder: Path) -> float:
+    """Return what landmarks stored in a folder are divided by, as ``data_prep`` reads it; 1 unless it says so."""
+    path = folder / "landmarks.json"
+    if not path.is_file():
+        return 1.0
+    remedy = 'Write {"groups": {NAME: [FIRST, END]}, "scale": 1} there'
+
+    def scale(p: Path) -> float:
+        return float(files.read_json(p, remedy).get("scale", 1.0))
+
+    found = float(files.read(path, scale, remedy))
+    if not 0 < found < np.inf:
+        raise DnnvssError(f"scale is {found}", file=path, remedy="Give what the points are divided by, 1 for pixels")
+    return found
+
+
+def _check(face: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, valid: np.ndarray,
+           where: dict[str, Any]) -> None:
+    """Refuse landmarks (F, L, 2) too few for the face, or outside the pictures (F, H, W_, 3) in most frames."""
+    if points.shape[1] < face.layout.needed:
+        raise DnnvssError(f"has {points.shape[1]} landmarks a frame, and the run's face needs {face.layout.needed}",
+                          **where, remedy="Track the video with the labels of the run's corpus")
+    points = points[valid][:, face.layout.rows]
+    points = points[np.isfinite(points).all(axis=(1, 2))]
+    width, height = images.shape[2], images.shape[1]
+    outside = ((points < 0) | (points > (width, height))).any(axis=2).mean(axis=1) > _OUTSIDE
+    if len(points) and outside.mean() > 0.5:
+        (left, top), (right, bottom) = np.median(points.min(axis=1), axis=0), np.median(points.max(axis=1), axis=0)
+        scale = "write what they are to be divided by as scale in landmarks.json beside it"
+        raise DnnvssError(f"its landmarks reach from ({left:.0f}, {top:.0f}) to ({right:.0f}, {bottom:.0f}), and the "
+                          f"pictures have {width} x {height} pixels", **where,
+                          remedy=f"Track this very video, or {scale}" if "file" in where else
+                          "Prepare the corpus again with the scale of its landmarks")

@@ -3,7 +3,9 @@
 LABELS is the folder that ``python -m dnnvss.pipeline.label`` made, with every label finished; VIDEOS is a folder of
 videos (or one video). Beside each ``ID.mp4`` is written ``ID.npz`` with ``points`` (F, P, 2), ``valid`` (F,), ``error``
 (F,) and ``flag`` (F,), and ``landmarks.json`` with the groups: what ``python -m data_prep corpus=folder`` reads.
-``tracking/`` holds the search model and the report. A second call tracks only what is new.
+``tracking/`` holds the search models and the report. A second call tracks only what is new: videos that were added or
+replaced. With ``--own N`` the second model is kept as long as the labels, the settings and N stay as they are; delete
+``tracking/search_own.npz`` to have it learnt anew.
 """
 
 import argparse
@@ -11,7 +13,7 @@ import hashlib
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ from dnnvss import files
 from dnnvss.aam.labelling.sheet import Sheet
 from dnnvss.aam.search import (
     FLAGS,
+    Frames,
     Labelled,
     SearchModel,
     SearchSettings,
@@ -60,6 +63,10 @@ class Job:
         """Return where a video's points are written."""
         return self.out / f"{self.name(video)}.npz"
 
+    def kept(self, name: str) -> Path:
+        """Return where something about the tracking is written."""
+        return self.out / "tracking" / name
+
 
 def track_folder(labels: Path, videos: Path, out: Path | None = None, *, own: int = 0, jobs: int = -1,
                  settings: SearchSettings | None = None) -> Path:
@@ -74,20 +81,29 @@ def track_folder(labels: Path, videos: Path, out: Path | None = None, *, own: in
         settings: of the search model; the defaults where None.
 
     Raises:
-        DnnvssError: labels or videos are missing or wrong, or points that this command did not write are in the way.
+        DnnvssError: labels or videos are missing or wrong, two videos differ by their suffix alone, or points that
+            this command did not write are in the way.
     """
     root = videos if videos.is_dir() else videos.parent
     job = Job(root, tuple(find_videos(videos)), out or root, jobs)
     sheet = Sheet.open(labels)
+    _refuse_twins(job)
     _keep_foreign(job)
     points = sheet.finished()
     labelled = Labelled([sheet.picture(label) for label in sheet.labels], points)
     model = fit_search(labelled.images, labelled.points, settings)
-    path = _track_all(job, model, "tracking")
-    if own:
+    path = model.save(job.kept("search.npz"))
+    again, source = job.kept("search_own.npz"), f"{own} of {_key(path)}"
+    learnt = own > 0 and _learnt(again, source)
+    if not learnt:
+        _track_all(job, path, "tracking")
+    if own and not learnt:
         several = np.random.default_rng(0).permutation(len(job.videos))[:_LEARN_FROM]
         found = gather(model, _tracked(job, [job.videos[i] for i in sorted(several)]), own)
-        path = _track_all(job, retrain(model, labelled, found), "tracking again")
+        retrain(model, labelled, found).save(again, source=np.array(source))
+    if own:
+        path = again
+        _track_all(job, path, "tracking again")
     marks = {"groups": {g: list(r) for g, r in sheet.groups.items()}, "scale": 1}
     files.write_json(job.out / "landmarks.json", marks)
     return _report(job, path)
@@ -122,20 +138,42 @@ def _keep_foreign(job: Job) -> None:
                               remedy="Move it away, or write elsewhere with --out")
 
 
-def _track_all(job: Job, model: SearchModel, title: str) -> Path:
-    """Track every video that this very model has not tracked yet; return the model's path."""
-    path = model.save(job.out / "tracking" / "search.npz")
-    key = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    left = [v for v in job.videos if not _done(job.target(v), key)]
+def _refuse_twins(job: Job) -> None:
+    """Refuse two videos whose points would have one name."""
+    names: dict[str, Path] = {}
+    for video in job.videos:
+        if (other := names.setdefault(job.name(video), video)) != video:
+            raise DnnvssError(f"has the name of {other}, and the points of both would be {job.target(video)}",
+                              file=video, remedy="Rename one of them, or move it away")
+
+
+def _key(path: Path) -> str:
+    """Return a short hash of what a file holds."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+
+
+def _learnt(path: Path, source: str) -> bool:
+    """Whether the model in a file was learnt from as many of its own frames, by the same first model."""
+    remedy = "Delete it and run the command again"
+    return path.is_file() and str(files.read_arrays(path, remedy).get("source")) == source
+
+
+def _track_all(job: Job, path: Path, title: str) -> None:
+    """Track every video, as it now is, that the model in a file has not tracked yet."""
+    key = _key(path)
+    left = [v for v in job.videos if not _done(job.target(v), key, v)]
     work = joblib.Parallel(n_jobs=job.jobs, return_as="generator_unordered")
     with tqdm(total=len(job.videos), initial=len(job.videos) - len(left), desc=title, unit="video") as bar:
         for _ in work(joblib.delayed(_track_one)(path, key, v, job.target(v)) for v in left):
             bar.update(1)
-    return path
 
 
-def _done(path: Path, key: str) -> bool:
-    return path.is_file() and str(files.read_arrays(path).get("model")) == key
+def _done(path: Path, key: str, video: Path) -> bool:
+    if not path.is_file():
+        return False
+    arrays = files.read_arrays(path)
+    return str(arrays.get("model")) == key and str(arrays.get("video")) == _key(video)
 
 
 @lru_cache(maxsize=1)
@@ -147,9 +185,10 @@ def _opened(path: Path, key: str) -> SearchModel:  # the key keeps a worker from
 
 
 def _track_one(path: Path, key: str, video: Path, target: Path) -> None:
+    seen = _key(video)
     found = track_video(_opened(path, key), video)
     files.write_arrays(target, points=found.points, valid=found.valid, error=found.error, flag=found.flag,
-                       model=np.array(key))
+                       model=np.array(key), video=np.array(seen))
 
 
 def _read(path: Path) -> Track:
@@ -157,9 +196,8 @@ def _read(path: Path) -> Track:
     return Track(arrays["points"], arrays["error"], arrays["flag"])
 
 
-def _tracked(job: Job, videos: Sequence[Path]) -> Iterator[tuple[list[np.ndarray], Track]]:
-    for video in videos:
-        yield list(video_frames(video)), _read(job.target(video))
+def _tracked(job: Job, videos: Sequence[Path]) -> list[tuple[Frames, Track]]:
+    return [(partial(video_frames, video), _read(job.target(video))) for video in videos]
 
 
 def _report(job: Job, model: Path) -> Path:
@@ -173,7 +211,7 @@ def _report(job: Job, model: Path) -> Path:
                      "error": error, **found.counts()})
     rows.sort(key=lambda r: (r["valid"] / r["frames"], str(r["video"])))
     total = {name: sum(r[name] for r in rows) for name in ("frames", "valid", *FLAGS)}
-    return files.write_json(job.out / "tracking" / "report.json",
+    return files.write_json(job.kept("report.json"),
                             {"limit of the error": limit, "total": total, "videos": rows})
 
 

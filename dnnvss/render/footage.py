@@ -11,7 +11,7 @@ from dnnvss.aam import ActiveAppearanceModel, ClipCode, reconstruct
 from dnnvss.errors import DnnvssError
 from dnnvss.render.painter import Painter
 from dnnvss.render.patch import MARGIN, Patch, bounds
-from dnnvss.render.renderer import resized
+from dnnvss.render.renderer import check_scale, resized
 
 _LEAST = 5
 """Frames in a row that footage must have at least."""
@@ -105,7 +105,7 @@ class Revoicer:
         patch: how the texture is laid over the frames; the default where None.
 
     Raises:
-        DnnvssError: the footage was encoded with another model.
+        DnnvssError: the footage was encoded with another model, or the scale is not positive.
     """
 
     def __init__(self, model: ActiveAppearanceModel, footage: Footage, order: np.ndarray, scale: float = 1.0,
@@ -113,6 +113,7 @@ class Revoicer:
         code = footage.code
         if code.texture_offset.shape != model.mean_texture.shape or code.parameters.shape[1] != model.size:
             raise DnnvssError("was encoded with another model", file=footage.source, remedy="Encode it again")
+        check_scale(scale)
         self.model, self.footage, self.order, self.scale = model, footage, order, scale
         self.patch = patch or Patch(model)
         self._points = reconstruct(model, code)[0]

@@ -35,8 +35,7 @@ class Renderer:
     def __init__(self, model: ActiveAppearanceModel, neutral: Neutral, scale: float = 1.0) -> None:
         if neutral.texture_offset.shape != model.mean_texture.shape or neutral.points.shape != model.mean_shape.shape:
             raise DnnvssError(f"neutral frame {neutral.source!r} belongs to another model", remedy="Train again")
-        if not scale > 0:
-            raise DnnvssError(f"render scale is {scale}", remedy="Give a number above 0; 1 is the video's own size")
+        check_scale(scale)
         self.model, self.neutral, self.scale, self.patch = model, neutral, scale, Patch(model)
         self._base = resized(neutral.image, scale)
         self._ring = self.patch.around(neutral.points)
@@ -133,6 +132,12 @@ def _atlas(canvas: np.ndarray, picture: np.ndarray) -> np.ndarray:
     width = max(canvas.shape[1], picture.shape[1])
     padded = [np.pad(i, ((0, 0), (0, width - i.shape[1]), (0, 0)), mode="edge") for i in (canvas, picture)]
     return np.ascontiguousarray(np.vstack(padded))
+
+
+def check_scale(scale: float) -> None:
+    """Refuse sizes of a result over the size of its video that are not positive."""
+    if not scale > 0:
+        raise DnnvssError(f"render scale is {scale}", remedy="Give a number above 0; 1 is the video's own size")
 
 
 def resized(image: np.ndarray, scale: float) -> np.ndarray:

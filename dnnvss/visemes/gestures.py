@@ -122,14 +122,14 @@ def cut(trajectory: np.ndarray, silence: np.ndarray, clock: FrameClock, settings
     rate = float(clock.rate)
     runs = _rests(speed / reference, silence, settings, rate)
     places, clearness = _candidates(trajectory, speed, clock, settings, reference)
-    resting = np.zeros(frames + 1, dtype=bool)
+    still, inside = np.zeros(frames, dtype=bool), np.zeros(frames + 1, dtype=bool)  # frames, and edges with their ends
     for begin, end in runs:
-        resting[begin : end + 1] = True
-    free = ~resting[np.clip(places.round().astype(int), 0, frames)]
+        still[begin:end] = inside[begin : end + 1] = True
+    free = ~inside[np.clip(places.round().astype(int), 0, frames)]
     places = np.concatenate([places[free], [float(e) for run in runs for e in run]])
     clearness = np.concatenate([clearness[free], np.full(2 * len(runs), np.inf)])
     edges = _thinned(places, clearness, frames, settings.shortest * rate)
-    return Gestures(edges, _mostly(resting[:-1], edges))
+    return Gestures(edges, _mostly(still, edges))
 
 
 def _speed(trajectory: np.ndarray, clock: FrameClock, settings: GestureSettings) -> np.ndarray:

@@ -128,6 +128,14 @@ def test_smoothing_keeps_a_straight_line_to_its_ends_across_a_gap(sigma: float) 
     assert smooth_pose(broken, valid, sigma) == pytest.approx(line, abs=1e-6)
 
 
+@pytest.mark.parametrize("sigma", [1e-9, 0.13, 0.19, 0.2, 0.25])
+def test_next_to_no_smoothing_leaves_poses_as_they_are(sigma: float) -> None:
+    pose = np.tile([1.0, 0.0, 160.0, 160.0], (20, 1)) + np.random.default_rng(6).normal(0, 0.01, (20, 4))
+    valid = np.ones(20, dtype=bool)
+    valid[[4, 6]] = False  # the frame between them has no neighbour to lay a line through
+    assert smooth_pose(pose, valid, sigma) == pytest.approx(smooth_pose(pose, valid, 0.0), abs=0.03)
+
+
 def test_smoothing_takes_out_jitter_as_the_equivalent_kernel_says() -> None:
     noise = np.random.default_rng(6).normal(0, 1, (4000, 4))
     smooth = smooth_pose(noise, np.ones(4000, dtype=bool), 3.0)

@@ -197,6 +197,13 @@ def test_clips_that_cannot_be_encoded_say_so(model: ActiveAppearanceModel, spoil
         encode_clip(model, *spoil(*clip_arrays(50)), 25.0)  # type: ignore[operator]
 
 
+def test_frames_that_are_too_few_to_learn_from_say_so() -> None:
+    images, points, valid = clip_arrays(1)
+    short = Clip("short", 25.0, lambda: (points[:12], valid[:12]), lambda: images[:12])
+    with pytest.raises(DnnvssError, match=r"read from 1 frames, which do not differ\. .*lower aam\.texture_every"):
+        fit_aam([short], GROUPS, replace(CONFIG, texture_every=12), progress=False)
+
+
 def test_no_valid_frame_in_training_says_so() -> None:
     images, points, valid = clip_arrays(1)
     dark = Clip("dark", 25.0, lambda: (points, ~valid), lambda: images)

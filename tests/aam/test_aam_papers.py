@@ -91,6 +91,14 @@ def test_parts_share_out_the_points(parts: tuple[Part, ...], message: str) -> No
         fit_aam(clips(2), GROUPS, replace(CONFIG, parts=parts), progress=False)
 
 
+def test_separate_models_refuse_modes_of_a_part_which_they_do_not_use() -> None:
+    apart = replace(CONFIG, kind="separate", shape_modes=1, texture_modes=3)
+    with pytest.raises(DnnvssError, match="gives mouth modes of its own"):
+        fit_aam(clips(2), GROUPS, replace(apart, parts=PARTS), progress=False)
+    parts = tuple(replace(part, modes=0) for part in PARTS)
+    assert fit_aam(clips(2), GROUPS, replace(apart, parts=parts), progress=False).size == 2 * (1 + 3)
+
+
 def test_a_rigid_pose_keeps_the_scale() -> None:
     points = np.stack([similarity(face(), s, a, (3.0, -2.0)) for s, a in ((1.1, 0.05), (0.9, -0.1))])
     pose = fit_pose(points, face(), rigid=True)

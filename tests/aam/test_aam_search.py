@@ -150,3 +150,6 @@ def test_wrong_labels_are_refused() -> None:
         fit_search(images[:2], points[:2])
     with pytest.raises(DnnvssError, match=r"search\.scales"):
         replace(SearchSettings(), scales=(1.0, 0.5))
+    for name in ("shape_variance", "appearance_variance"):
+        with pytest.raises(DnnvssError, match=rf"search\.{name} is 1\.0\. Give a share above 0 and below 1"):
+            replace(SearchSettings(), **{name: 1.0})

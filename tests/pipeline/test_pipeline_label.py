@@ -14,6 +14,7 @@ from browser import CHROMIUM, open_browser
 from dnnvss.aam.labelling import Label, Sheet
 from dnnvss.aam.labelling.sheet import write_picture
 from dnnvss.formats.landmarks import read_pts, write_pts
+from dnnvss.pipeline.label import choose
 from dnnvss.pipeline.label.__main__ import main
 from dnnvss.pipeline.label.server import LabelServer
 from dnnvss.render import write_video
@@ -83,6 +84,31 @@ def test_check_lists_what_is_open_and_ends_with_an_error(
         served.store(label.image, {"points": POINTS.tolist(), "done": True})
     assert main(["check", folder]) == 0
     assert "none looks wrong" in capsys.readouterr().out
+
+
+def test_the_page_and_the_commands_keep_what_the_others_wrote(
+    videos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "labels"
+    main(["choose", str(videos), "--count", "3", "--out", str(out)])
+    first = Sheet.open(out)
+    with LabelServer(first) as server:
+        page = [{"points": first.read(label).tolist(), "done": True} for label in first.labels]
+        inner = choose.place
+
+        def finished_meanwhile(*given: object) -> object:
+            server.store(first.labels[0].image, page[0])
+            return inner(*given)  # type: ignore[arg-type]
+
+        monkeypatch.setattr(choose, "place", finished_meanwhile)
+        main(["choose", str(videos), "--count", "5", "--out", str(out)])
+        more = Sheet.open(out)
+        assert len(more.labels) >= 5 and more.done == {first.labels[0].image}
+        more.write(first.labels[1].image, first.read(first.labels[1]), done=True)
+        server.store(first.labels[2].image, page[2])
+        now = Sheet.open(out)
+        assert now.labels == more.labels and now.done == {label.image for label in first.labels}
+        assert len(server.overview()["labels"]) == len(more.labels)
 
 
 def test_the_server_refuses_what_no_page_of_its_own_sends(served: LabelServer) -> None:

@@ -60,3 +60,28 @@ def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamesp
     film.with_suffix(".npz").unlink()
     with pytest.raises(DnnvssError, match=r"film\.npz: no such file"):
         read_footage(run, str(film))  # type: ignore[arg-type]
+
+
+def test_landmarks_beside_a_video_are_divided_by_their_scale(run: SimpleNamespace, film: Path) -> None:
+    plain = read_footage(run, str(film)).code  # type: ignore[arg-type]
+    arrays = files.read_arrays(film.with_suffix(".npz"))
+    files.write_arrays(film.with_suffix(".npz"), points=(4 * arrays["points"]), valid=arrays["valid"])
+    with pytest.raises(DnnvssError, match=r"film\.npz: its landmarks reach .* have 96 x 80 pixels\. .*scale"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
+    files.write_json(film.parent / "landmarks.json", {"groups": GROUPS, "scale": 4})
+    code = read_footage(run, str(film)).code  # type: ignore[arg-type]
+    assert (code.valid == plain.valid).all() and code.pose == pytest.approx(plain.pose, abs=1e-3)
+    for wrong, message in (({"scale": 0}, "scale is 0"), ([4], "cannot be read")):
+        files.write_json(film.parent / "landmarks.json", wrong)
+        with pytest.raises(DnnvssError, match=rf"landmarks\.json: {message}"):
+            read_footage(run, str(film))  # type: ignore[arg-type]
+
+
+def test_footage_that_cannot_be_used_names_its_file(run: SimpleNamespace, film: Path) -> None:
+    arrays = files.read_arrays(film.with_suffix(".npz"))
+    for points, valid, message in ((arrays["points"], arrays["valid"] & False, "no frame has usable landmarks"),
+                                   (arrays["points"][:, :12], arrays["valid"], "has 12 landmarks a frame")):
+        files.write_arrays(film.with_suffix(".npz"), points=points, valid=valid)
+        with pytest.raises(DnnvssError, match=rf"film\.npz: {message}") as caught:
+            read_footage(run, str(film))  # type: ignore[arg-type]
+        assert "rack the video" in str(caught.value) and "utterance" not in str(caught.value)

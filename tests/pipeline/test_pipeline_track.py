@@ -1,7 +1,9 @@
 """Thirty labels to landmarks of every frame: the command, from videos and a folder of labels."""
 
+import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,8 @@ from conftest import ROOT
 
 from dnnvss import files
 from dnnvss.aam.labelling.sheet import Label, Sheet, write_picture
-from dnnvss.corpus import read_video
+from dnnvss.aam.search import SearchModel, SearchSettings, Track
+from dnnvss.corpus import read_video, video_frames
 from dnnvss.corpus.talker import LANDMARK_GROUPS
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_landmarks
@@ -71,6 +74,63 @@ def test_a_second_call_tracks_only_what_is_missing(material: tuple[Path, Path], 
     (tmp_path / "s1.npz").unlink()
     program.track_folder(labels, videos, tmp_path, jobs=1)
     assert sorted(tracked) == ["s0", "s1", "s1"]
+
+
+@pytest.fixture
+def tracked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the names of the videos that are tracked from now on, by a model that is fitted fast; tracks are true."""
+    names: list[str] = []
+
+    def track_video(model: SearchModel, video: Path) -> Track:
+        names.append(video.name)
+        count = len(list(video_frames(video)))
+        return Track(cases.clip(int(video.stem[1]))[1][:count].astype(np.float32), np.full(count, 0.01, np.float32),
+                     np.zeros(count, np.int8))
+
+    monkeypatch.setattr(program, "track_video", track_video)
+    return names
+
+
+FAST = SearchSettings(scales=(1.0,), most_pixels=500)
+
+
+def test_a_video_that_was_replaced_is_tracked_again(material: tuple[Path, Path], tracked: list[str], tmp_path: Path
+                                                    ) -> None:
+    labels, videos = material
+    shutil.copytree(videos, tmp_path / "videos", ignore=shutil.ignore_patterns("tracking", "*.npz"))
+    again = partial(program.track_folder, labels, tmp_path / "videos", jobs=1, settings=FAST)
+    again()
+    shutil.move(tmp_path / "videos", tmp_path / "moved")  # new times, the same videos
+    shutil.copytree(tmp_path / "moved", tmp_path / "videos", copy_function=shutil.copyfile)
+    again()
+    assert sorted(tracked) == ["s0.mp4", "s1.mp4"]
+    write_video(tmp_path / "videos" / "s1.mp4", cases.clip(1)[0][:6], 25)
+    again()
+    assert sorted(tracked) == ["s0.mp4", "s1.mp4", "s1.mp4"]
+    assert len(read_landmarks(tmp_path / "videos" / "s1.npz").points) == 6
+
+
+def test_learning_from_own_frames_is_not_done_twice(material: tuple[Path, Path], tracked: list[str], tmp_path: Path
+                                                    ) -> None:
+    again = partial(program.track_folder, *material, tmp_path, jobs=1, settings=FAST)
+    again(own=5)
+    assert sorted(tracked) == ["s0.mp4"] * 2 + ["s1.mp4"] * 2
+    models = {p.name: p.read_bytes() for p in (tmp_path / "tracking").glob("*.npz")}
+    assert sorted(models) == ["search.npz", "search_own.npz"]
+    again(own=5)
+    (tmp_path / "s1.npz").unlink()
+    again(own=5)
+    assert tracked[4:] == ["s1.mp4"]  # by the second model alone
+    assert models == {p.name: p.read_bytes() for p in (tmp_path / "tracking").glob("*.npz")}
+    again(own=4)
+    assert len(tracked) == 9 and models["search_own.npz"] != (tmp_path / "tracking" / "search_own.npz").read_bytes()
+
+
+def test_two_videos_of_one_name_are_refused(material: tuple[Path, Path], tmp_path: Path) -> None:
+    for name in ("b.mp4", "b.mov"):
+        shutil.copyfile(material[1] / "s0.mp4", tmp_path / name)
+    with pytest.raises(DnnvssError, match=r"b\.mp4: has the name of .*b\.mov, .*b\.npz"):
+        program.track_folder(material[0], tmp_path, jobs=1)
 
 
 def test_a_long_video_is_tracked_in_pieces(material: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:

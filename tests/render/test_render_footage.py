@@ -69,6 +69,12 @@ def test_a_larger_picture_has_its_points_where_it_shows_them(model: ActiveAppear
     assert np.abs(revoicer.points_in_image(often)[::4] - 2 * points[:, model.layout.rows]).mean() < 0.2
 
 
+@pytest.mark.parametrize("scale", [0, -1])
+def test_a_size_that_is_none_is_refused(model: ActiveAppearanceModel, scale: float) -> None:
+    with pytest.raises(DnnvssError, match=f"render scale is {scale}"):
+        Revoicer(model, footage(model, 50)[0], np.arange(5), scale=scale)
+
+
 def test_long_speech_walks_back_and_forth_and_turns_where_the_head_is_still() -> None:
     pose = np.column_stack([np.ones(20), np.zeros(20), np.cumsum(np.ones(20)), np.zeros(20)])
     pose[17:, 2] = pose[17, 2]  # the head stands still at the end

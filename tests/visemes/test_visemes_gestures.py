@@ -70,6 +70,15 @@ def test_rest_is_found_in_silence_only() -> None:
     assert everywhere.sum() == 3  # without an alignment the hold is a rest, too
 
 
+def test_the_frame_after_a_rest_is_no_rest() -> None:
+    walk = np.cumsum(np.random.default_rng(0).normal(0, 1, (20, 1)), axis=0)
+    movement, silence = np.concatenate([np.zeros((10, 1)), walk]), np.arange(30) < 10
+    settings = GestureSettings(rule="acceleration", shortest=0.0, prominence=0.0, smoothing=0.0)
+    found = cut(movement, silence, FrameClock(25), settings, 10.0)
+    np.testing.assert_allclose(found.edges[:3], [0, 9, 10.2], atol=0.01)
+    assert found.rest.tolist() == [True, *[False] * (len(found) - 1)]
+
+
 def test_a_short_stillness_is_no_rest() -> None:
     keys, poses = np.array([0.0, 0.3, 0.36, 0.66]), np.array([[0.0], [1], [1], [0]])
     silence = np.ones(66, bool)

@@ -66,7 +66,7 @@ def import_into(sheet: Sheet, path: Path) -> tuple[Sheet, list[str]]:
             raise DnnvssError(f"picture {name}: {error.problem}", file=path,
                               remedy="Label every point of the scheme") from error
     for name, points in found.items():
-        sheet = sheet.write(name, points, done=True)
+        sheet = Sheet.open(sheet.folder).write(name, points, done=True)  # the page may have finished others meanwhile
     return sheet, sorted(found)
 
 

@@ -3,8 +3,9 @@
 **Source**: Cosker et al. 2004, section 3 (semi-automatic labelling of the training pictures, after Cootes and Taylor).
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from dnnvss.aam.search.fit import learn_limits
 from dnnvss.aam.search.model import SearchModel, build
 from dnnvss.aam.search.track import OK, Track
 from dnnvss.aam.search.view import views_of
+
+Frames = Callable[[], Iterable[np.ndarray]]
+"""Reads a video anew: its frames (H, W_, 3) uint8, one after the other."""
 
 _CONFIDENT = 0.75
 """Share of a video's good frames, those of least error, that are trusted."""
@@ -36,29 +40,31 @@ def confident(track: Track) -> np.ndarray:
     return np.flatnonzero(inner & (track.error <= np.quantile(track.error[inner], _CONFIDENT)))
 
 
-def gather(
-    model: SearchModel, videos: Iterable[tuple[Sequence[np.ndarray], Track]], count: int
-) -> Labelled:
+def gather(model: SearchModel, videos: Sequence[tuple[Frames, Track]], count: int) -> Labelled:
     """Return ``count`` confident frames, farthest from each other in shape and appearance, with the points found.
 
     Args:
         model: the model that tracked the videos.
-        videos: frames (H, W_, 3) uint8 of each video, and its track; read one after the other.
+        videos: what reads the frames of each video, and its track. Videos are read one after the other, and those with
+            chosen frames once more: few more pictures are held than are returned.
         count: how many frames, fewer where there are fewer.
     """
-    pictures: list[np.ndarray] = []
+    places: list[tuple[int, int]] = []
     points: list[np.ndarray] = []
     codes: list[np.ndarray] = []
-    for frames, found in videos:
-        for frame in confident(found):
-            pictures.append(frames[frame])
+    for video, (frames, found) in enumerate(videos):
+        for frame, picture in _picked(frames, confident(found)):
+            places.append((video, frame))
             points.append(found.points[frame].astype(np.float64))
-            codes.append(_code(model, frames[frame], points[-1]))
+            codes.append(_code(model, picture, points[-1]))
     if not codes:
         return Labelled([], np.zeros((0, *model.shapes.mean.shape)))
     features = np.stack(codes)
     chosen = farthest(features / np.maximum(features.std(axis=0), 1e-9), min(count, len(features)))
-    return Labelled([pictures[i] for i in chosen], np.stack([points[i] for i in chosen]))
+    wanted = [places[i] for i in chosen]
+    pictures = {(video, frame): picture for video, (frames, _) in enumerate(videos)
+                for frame, picture in _picked(frames, [f for v, f in wanted if v == video])}
+    return Labelled([pictures[place] for place in wanted], np.stack([points[i] for i in chosen]))
 
 
 def retrain(model: SearchModel, labelled: Labelled, found: Labelled) -> SearchModel:
@@ -76,6 +82,13 @@ def retrain(model: SearchModel, labelled: Labelled, found: Labelled) -> SearchMo
         unseen += [search(half, images[i], points[i]) for i in out]
     fitted = build(images, points, model.settings, model.limits, model.shapes)
     return replace(fitted, limits=learn_limits(unseen)) if unseen else fitted
+
+
+def _picked(frames: Frames, numbers: Sequence[int] | np.ndarray) -> Iterable[tuple[int, np.ndarray]]:
+    """Yield the frames of these numbers, each with its number, in the order of the video."""
+    wanted = {int(n) for n in numbers}
+    if wanted:
+        yield from ((n, picture) for n, picture in enumerate(islice(frames(), max(wanted) + 1)) if n in wanted)
 
 
 def _code(model: SearchModel, image: np.ndarray, points: np.ndarray) -> np.ndarray:

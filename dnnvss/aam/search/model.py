@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -29,7 +30,7 @@ class SearchSettings:
         scales: texture pixels per pixel of the labelled pictures, coarse to fine, before ``most_pixels``.
         most_pixels: texture pixels of the finest level; larger faces are searched at a smaller scale.
         colour: ``"grey"`` or ``"rgb"``.
-        shape_variance, appearance_variance: share of variance that the modes explain.
+        shape_variance, appearance_variance: share of variance that the modes explain, below 1.
         shape_prior: weight of the shape's prior against the texture.
         iterations: most steps at a level.
         tolerance: a level ends when no point moves farther, in pixels of the labelled pictures.
@@ -54,8 +55,8 @@ class SearchSettings:
         if not self.scales or list(self.scales) != sorted(self.scales) or not self.scales[0] > 0:
             raise DnnvssError(f"search.scales is {self.scales}", remedy="Give scales above 0, the coarsest first")
         for name in ("shape_variance", "appearance_variance"):
-            if not 0 < getattr(self, name) <= 1:
-                raise DnnvssError(f"search.{name} is {getattr(self, name)}", remedy="Give a share up to 1")
+            if not 0 < getattr(self, name) < 1:  # 1 would be a number of modes
+                raise DnnvssError(f"search.{name} is {getattr(self, name)}", remedy="Give a share above 0 and below 1")
 
 
 @dataclass(frozen=True)
@@ -114,15 +115,15 @@ class SearchModel:
         left, right = self.neighbours
         return float(((pixels[right] - pixels[left]) ** 2).mean() / max(float(pixels.var(axis=0).mean()), 1e-6))
 
-    def save(self, path: str | Path) -> Path:
-        """Write the model as ``.npz`` and return the path."""
+    def save(self, path: str | Path, **more: Any) -> Path:
+        """Write the model, and ``more`` arrays beside it, as ``.npz`` and return the path."""
         levels = {f"appearance{i}": level.appearance for i, level in enumerate(self.levels)}
         return files.write_arrays(
             path, format=_FORMAT, settings=np.array(json.dumps(asdict(self.settings))), mean=self.shapes.mean,
             modes=self.shapes.modes, deviations=self.shapes.deviations, triangles=self.shapes.triangles,
             scales=np.array([level.scale for level in self.levels]),
             patch=self.patch, corner=self.corner,
-            limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels)
+            limits=np.array([self.limits.error, self.limits.shape, self.limits.sharpness]), **levels, **more)
 
     @classmethod
     def load(cls, path: str | Path) -> "SearchModel":

@@ -116,7 +116,7 @@ def _follow(
         flag = judge(model, found) if found is not None else LOST
         if found is None or last is None or flag == LOST or not _continues(found, last):
             found, flag, state = _again(model, frames[frame], last, state)
-        results[frame] = found, flag if flag != OK else state
+        results[frame] = found, state if flag == OK or (flag == RESTARTED and state == AMBIGUOUS) else flag
         last = found.points if found is not None and flag in (OK, RESTARTED, BLURRED) else last
     return results
 
@@ -131,7 +131,10 @@ def _continues(found: Found, last: np.ndarray) -> bool:
 def _again(
     model: SearchModel, image: np.ndarray, last: np.ndarray | None, state: int
 ) -> tuple[Found | None, int, int]:
-    """Return what is found in the whole picture, its flag, and the state from there on."""
+    """Return what is found in the whole picture, its flag, and the state from there on.
+
+    A face that continues the last one is restarted, and as ambiguous as the last one was: the state stays.
+    """
     sizes = _sizes(model, last)
     found: list[Found] = []
     for several in sizes:

@@ -44,7 +44,8 @@ def page(options: argparse.Namespace) -> None:
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            print(f"\n{len(server.sheet.done)} of {len(sheet.labels)} frames are finished; all is saved")
+            sheet = server.sheet
+            print(f"\n{len(sheet.done)} of {len(sheet.labels)} frames are finished; all is saved")
 
 
 def take(options: argparse.Namespace) -> None:

@@ -34,7 +34,7 @@ def find_videos(folder: Path) -> list[Path]:
 def export(folder: Path, count: int, out: Path, scheme: Scheme, seed: int = 0) -> tuple[Sheet, dict[str, int]]:
     """Write pictures, guesses and ``labels.json`` of the frames to label; return the sheet and how guesses were placed.
 
-    Labels that are there already are left as they are; frames are only added.
+    Labels that are there already are left as they are; frames are only added, to the sheet as it is on disk by then.
 
     Raises:
         DnnvssError: no video, too few frames, or a sheet of another scheme is there already.
@@ -51,6 +51,10 @@ def export(folder: Path, count: int, out: Path, scheme: Scheme, seed: int = 0) -
     chosen = choose_frames(find_videos(folder), count, seed)
     for video in dict.fromkeys(choice.video for choice in chosen):
         sheet = _add(sheet, video, [c for c in chosen if c.video == video], scheme, root, placed)
+    if (out / NAME).is_file():  # choosing takes a while, in which the page may have finished labels
+        now = Sheet.open(out)
+        labels = {label.image: label for label in (*sheet.labels, *now.labels)}
+        sheet = replace(now, labels=tuple(labels[image] for image in sorted(labels)))
     return sheet.save(), placed
 
 

@@ -23,6 +23,8 @@ _MOST = 1_000_000
 class LabelServer(ThreadingHTTPServer):
     """Serves one sheet on ``127.0.0.1``; ``url`` says where.
 
+    ``choose`` and ``import`` may change the folder while the page is open: the sheet is read whenever it is needed.
+
     Args:
         sheet: the labels.
         port: 0 takes a free one.
@@ -31,8 +33,13 @@ class LabelServer(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, sheet: Sheet, port: int = 0) -> None:
-        self.sheet, self.lock = sheet, threading.Lock()
+        self.folder, self.lock = sheet.folder, threading.Lock()
         super().__init__(("127.0.0.1", port), _Handler)
+
+    @property
+    def sheet(self) -> Sheet:
+        """The labels as they are on disk now."""
+        return Sheet.open(self.folder)
 
     @property
     def url(self) -> str:
@@ -58,7 +65,7 @@ class LabelServer(ThreadingHTTPServer):
         except (KeyError, TypeError, ValueError) as error:
             raise DnnvssError(f"the page sent {str(value)[:80]!r}", remedy="Load the page again") from error
         with self.lock:
-            self.sheet = self.sheet.write(image, points, done)
+            self.sheet.write(image, points, done)
         return {"saved": image}
 
 
