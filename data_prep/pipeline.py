@@ -14,7 +14,7 @@ from data_prep.align import given, heard, sharp
 from data_prep.landmarks import read_raw, write_clean
 from data_prep.media import media
 from data_prep.report import Outcome, counts, write_report
-from data_prep.splits import draw, usable
+from data_prep.splits import completed, lacking
 from data_prep.stages import FOLDER, Workshop
 from data_prep.sync import FEWEST, find_sync, in_step
 from dnnvss import files
@@ -62,7 +62,7 @@ class Recipe:
 
     Args:
         info: name, groups of landmarks, variant and credit; size and rate are found.
-        splits: ids by name of the split, as given; where train, val and test are not all there they are drawn.
+        splits: ids by name of the split, as given; of train, val and test those are drawn that are not there.
         stratum: what a drawn split is to be even in.
         val, test: shares of a drawn split.
         scale: what stored coordinates are divided by to give pixels.
@@ -121,16 +121,19 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
     """Return the folder of the prepared corpus after every stage has run.
 
     Raises:
-        DnnvssError: nothing is left, an output cannot be written, or (strict) an utterance would be dropped.
+        DnnvssError: nothing is left, an output cannot be written, splits that are not given cannot be drawn, or
+            (strict) an utterance would be dropped.
     """
     sources = list(sources)
     if not sources:
         raise DnnvssError("there is no recording to prepare", remedy="Set corpus.raw to the folder with the recordings")
+    if recipe.splits:  # a mistake in them is said before hours of work
+        completed(recipe.splits, [s.id for s in sources], recipe.val, recipe.test, recipe.stratum)
     run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources})
     try:
         for source in sources:
-            if source.problem:
-                run.drop(source.id, source.problem)
+            if problem := source.problem or _unfit_id(source.id):
+                run.drop(source.id, problem)
         made = _media(run)
         size, rate = _usual(run, made)
         bad = _examined(run, made)
@@ -141,6 +144,13 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         return _finished(run, _utterances(run, made, timed, cleaned), size, rate)
     finally:
         shop.sweep()
+
+
+def _unfit_id(name: str) -> str:
+    """Return why an id cannot stand on a line of a split file, nothing where it can."""
+    if name == name.strip() and len(name.splitlines()) == 1:
+        return ""
+    return f"the name {name!r} begins or ends with a space, or holds a line break: rename its files"
 
 
 MEDIA = 2
@@ -357,9 +367,9 @@ def _finished(run: Preparation, utterances: list[Utterance], size: tuple[int, in
     if not utterances:
         _nothing_left(run)
     kept = {u.id for u in utterances}
-    splits = {name: list(ids) for name, ids in recipe.splits.items()}
-    if not usable(splits, kept):
-        splits |= draw(kept, recipe.val, recipe.test, recipe.stratum)
+    splits = completed(recipe.splits, kept, recipe.val, recipe.test, recipe.stratum)
+    if recipe.splits and (drawn := lacking(recipe.splits, kept)):
+        print(f"splits drawn, as no utterance was given for them: {', '.join(drawn)}")
     Corpus.write(out, replace(recipe.info, size=size, rate=str(rate)), utterances, splits)
     number = counts(run.outcomes.values())
     print(f"{len(kept)} utterances ({number['repaired']} of them repaired), {number['dropped']} dropped: {report}")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from data_prep.demo import prepare_demo
-from data_prep.folder import prepare_folder
+from data_prep.folder import _landmarks, prepare_folder
 from dnnvss import files
 from dnnvss.corpus import Corpus, read_audio, read_video
 from dnnvss.errors import DnnvssError
@@ -50,6 +50,37 @@ def test_everything_is_taken_over(recordings: Path, tmp_path: Path) -> None:
         np.testing.assert_array_equal(points[valid], demo.landmarks(other)[0][valid])
         assert valid.mean() > 0.9  # five clips are few to tell a quick movement from a ghost
     assert sum(len(corpus.split(s)) for s in ("train", "val", "test")) == 5
+
+
+def test_ids_may_hold_spaces_and_given_splits_stay(raw: Path, tmp_path: Path) -> None:
+    names = {"demo_001": "clip", "demo_002": "clip 2", "demo_003": "clip 3"}
+    for old, new in names.items():
+        for path in sorted(raw.glob(f"{old}.*")):
+            path.rename(raw / f"{new}{path.suffix}")
+    files.write_text(raw / "splits" / "test.txt", "clip 2\nclip\n")
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    assert [u.id for u in corpus.split("test")] == ["clip 2", "clip"]
+    others = [u.id for s in ("train", "val") for u in corpus.split(s)]
+    assert len(others) == 3 and not set(others) & {"clip", "clip 2"}
+    files.write_text(corpus.root / "splits" / "val.txt", "clip\n")
+    with pytest.raises(DnnvssError, match="test and val both name clip"):
+        corpus.split("train")
+    with pytest.raises(DnnvssError, match=r"unseen_train\.txt: no such file\. Choose one of the splits \['test'"):
+        corpus.split("train", "unseen")
+
+
+def test_an_id_that_cannot_stand_in_a_split_file_is_dropped(raw: Path, tmp_path: Path) -> None:
+    for path in sorted(raw.glob("demo_001.*")):
+        path.rename(raw / f" clip{path.suffix}")
+    assert " clip" not in Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1)).utterances
+    assert "the name ' clip' begins or ends with a space" in (tmp_path / "out" / "report.md").read_text()
+
+
+def test_pts_files_are_those_of_the_id_alone(tmp_path: Path) -> None:
+    for stem in ("clip_000002", "clip_000001", "clip_2_000001", "clip_a", "clip_"):
+        write_pts(tmp_path / f"{stem}.pts", np.zeros((68, 2)))
+    assert [p.stem for p in _landmarks(tmp_path, "clip")] == ["clip_000001", "clip_000002"]
+    assert [p.stem for p in _landmarks(tmp_path, "clip_2")] == ["clip_2_000001"]
 
 
 def spoil_transcript(raw: Path) -> None:
