@@ -11,6 +11,7 @@ import numpy as np
 
 from data_prep.adapt import heard_again, heard_at_last, learn_voice
 from data_prep.align import given, heard, sharp
+from data_prep.digests import with_digests
 from data_prep.landmarks import read_raw, write_clean
 from data_prep.media import media
 from data_prep.report import Outcome, counts, write_report
@@ -141,7 +142,8 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         made = _sounds(run, made, late)
         timed = _aligned(run, made, late)
         cleaned = _cleaned(run, made, timed, bad)
-        return _finished(run, _utterances(run, made, timed, cleaned), size, rate)
+        utterances = with_digests(shop, _utterances(run, made, timed, cleaned))
+        return _finished(run, utterances, size, rate)
     finally:
         shop.sweep()
 
@@ -177,8 +179,8 @@ def _usual(run: Preparation, made: Results) -> tuple[tuple[int, int], Fraction]:
 
 def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
     """Return for each utterance the frames (F,) that show no face of the talker, and say why in the report."""
-    tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"]}
-             for s in run.alive()}
+    tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"],
+                    "size": made[s.id]["size"]} for s in run.alive()}
     counted = run.take(run.shop.run("landmarks", read_raw, tasks))
     usual = Counter(c["points"] for c in counted.values()).most_common(1)
     for name, c in counted.items():
@@ -192,10 +194,12 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
         _nothing_left(run)
     broken = doctor.broken_pictures(clips, limits)
     jumps = {n: mask & ~broken[n] for n, mask in doctor.jumps(clips, limits).items()}
-    valid = {n: marks[n]["valid"] & ~broken[n] for n in names}
+    outside = {n: marks[n]["valid"] & doctor.outside(marks[n]["points"], made[n]["size"], limits) for n in names}
+    valid = {n: marks[n]["valid"] & ~broken[n] & ~outside[n] for n in names}
     ghosts = doctor.ghosts({n: marks[n]["points"] for n in names}, valid, limits)
     for name in names:
         for what, mask in (("broken pictures", broken[name]), ("landmarks not found", ~marks[name]["valid"]),
+                           ("landmarks outside the picture", outside[name]),
                            ("landmarks that are not the face", ghosts[name])):
             if mask.any():
                 run.outcomes[name].repair(f"{what} in {mask.sum()} frames ({_ranges(mask)})")
@@ -205,7 +209,7 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
                 run.drop(name, "pictures damaged for long: they jump, and the landmarks leave the face")
     for name, distance in doctor.off_colour(clips, limits).items():
         run.outcomes[name].notes.append(f"off colour throughout ({distance:.0f} robust sd from the corpus)")
-    return {n: broken[n] | ghosts[n] for n in names}
+    return {n: broken[n] | outside[n] | ghosts[n] for n in names}
 
 
 def _ranges(mask: np.ndarray) -> str:
@@ -248,7 +252,7 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
 
 def _sounds(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
     """Return what is known of the recordings with the path of the sound that is in step with the picture."""
-    moved = run.shop.run("sound", in_step, {s.id: {"sound": made[s.id]["sound"], "late": late[s.id]}
+    moved = run.shop.run("sound", in_step, {s.id: {"sound": run.shop.out / made[s.id]["sound"], "late": late[s.id]}
                                             for s in run.alive()})
     return {name: made[name] | result for name, result in run.take(moved).items()}
 
@@ -337,7 +341,8 @@ def _cleaned(run: Preparation, made: Results, timed: Results, bad: Mapping[str, 
     """Write the landmarks that are left; drop utterances with too few of them over speech."""
     tasks = {}
     for s in run.alive():
-        good = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{s.id}.npz")["valid"] & ~bad[s.id]
+        marks = run.shop.out / FOLDER / "landmarks" / f"{s.id}.npz"
+        good = files.read_arrays(marks)["valid"] & ~bad[s.id]
         phones = Alignment.from_json(timed[s.id]["alignment"])["phones"]
         spoken = [p for p in phones if p.label not in SILENCES]
         if not spoken:
@@ -348,7 +353,7 @@ def _cleaned(run: Preparation, made: Results, timed: Results, bad: Mapping[str, 
         if not good.any() or speech.mean() < run.recipe.speech_valid:
             run.drop(s.id, f"only {speech.sum()} of the {len(speech)} frames of speech have landmarks to be trusted")
         else:
-            tasks[s.id] = {"bad": "".join("10"[int(g)] for g in good)}
+            tasks[s.id] = {"marks": marks, "bad": "".join("10"[int(g)] for g in good)}
     return run.take(run.shop.run("clean landmarks", write_clean, tasks))
 
 

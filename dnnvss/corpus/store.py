@@ -97,7 +97,7 @@ class Corpus:
         info["landmark_groups"] = {name: (a, b) for name, (a, b) in info["landmark_groups"].items()}
         rows = files.read(
             root / "utterances.jsonl",
-            lambda path: [Utterance.from_json(json.loads(line)) for line in path.read_text("utf-8").split("\n") if line],
+            lambda path: [Utterance.from_json(json.loads(x)) for x in path.read_text("utf-8").split("\n") if x],
             remedy,
         )
         return cls(root, CorpusInfo(**info), {u.id: u for u in rows})
@@ -154,8 +154,12 @@ class Corpus:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A hash of the records and the corpus description: changes when the data changes."""
+        """A hash of the description, the records with the digests of their files, and the splits.
+
+        It changes when the data changes. Corpora that were prepared before records had digests lack those.
+        """
         digest = hashlib.sha256()
         for name in ("corpus.json", "utterances.jsonl"):
             digest.update((self.root / name).read_bytes())
+        digest.update(json.dumps(split_files(self.root / "splits"), sort_keys=True).encode())
         return digest.hexdigest()[:16]
