@@ -42,7 +42,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         variant: pronunciation variant of the talker, ``en_us`` or ``en_gb``.
         lexicon: word to phones, before the variant's lexicon.
         credit: the line shown wherever a picture or number from the corpus is shown.
-        val, test: shares of the utterances, where there is no ``splits/``.
+        val, test: shares of the utterances, where the split is not given.
         sync: measure how late each clip's sound is beside its picture, and move it (:mod:`data_prep.sync`).
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.

@@ -115,6 +115,16 @@ def test_landmarks_of_another_picture_size_are_dropped(raw: Path, tmp_path: Path
     assert np.flatnonzero(~corpus.landmarks(corpus.utterances["demo_002"])[1])[:2].tolist() == [3, 4]
 
 
+def test_splits_that_cannot_be_completed_are_told_before_the_work(raw: Path, tmp_path: Path) -> None:
+    files.write_text(raw / "splits" / "train.txt", "".join(f"demo_00{k}\n" for k in range(5)))
+    with pytest.raises(DnnvssError, match="too few utterances are left for val and test"):
+        prepare_folder(raw, tmp_path / "out", jobs=1)
+    files.write_text(raw / "splits" / "test.txt", "demo_004\n")
+    with pytest.raises(DnnvssError, match="test and train both name demo_004"):
+        prepare_folder(raw, tmp_path / "out", jobs=1)
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_id_that_cannot_stand_in_a_split_file_is_dropped(raw: Path, tmp_path: Path) -> None:
     for path in sorted(raw.glob("demo_001.*")):
         path.rename(raw / f" clip{path.suffix}")
