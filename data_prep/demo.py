@@ -8,6 +8,7 @@ import av
 import cv2
 import numpy as np
 
+from data_prep.digests import with_digests
 from data_prep.report import Outcome, write_report
 from data_prep.splits import draw
 from data_prep.stages import FOLDER, Workshop
@@ -48,12 +49,13 @@ def prepare_demo(
     tasks = {name: {"text": text, "seed": seed, "size": size} for name, text in texts.items()}
     try:
         results = shop.run(_STAGE, record, tasks, VERSION)
+        utterances = with_digests(shop, [Utterance.from_json(results[name]) for name in texts])
     finally:
         shop.sweep()
     splits = draw(list(texts), val=0.075, test=0.1125) | unseen_splits(texts, seed)
     info = CorpusInfo("demo", (size, size), str(RATE), LANDMARK_GROUPS, "en_us", CREDIT)
     write_report(out, [Outcome(name) for name in texts])
-    Corpus.write(out, info, [Utterance.from_json(results[name]) for name in texts], splits)
+    Corpus.write(out, info, utterances, splits)
     return Corpus.open(out)
 
 

@@ -1,5 +1,6 @@
 """Any folder of recordings: a video, its words and its landmarks for each sentence."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -31,7 +32,8 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, landmarks (see
     :func:`dnnvss.formats.read_landmarks`), and where they are known phone times ``ID.TextGrid`` or ``ID.lab``. Groups
     of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of
-    68-point landmarks. ``splits/{train,val,test}.txt`` are used where they are, otherwise drawn.
+    68-point landmarks. ``splits/{train,val,test}.txt`` (an id a line) are used where they are; those that are not are
+    drawn from the utterances that the others leave.
 
     Args:
         raw: the folder of recordings.
@@ -40,7 +42,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         variant: pronunciation variant of the talker, ``en_us`` or ``en_gb``.
         lexicon: word to phones, before the variant's lexicon.
         credit: the line shown wherever a picture or number from the corpus is shown.
-        val, test: shares of the utterances, where there is no ``splits/``.
+        val, test: shares of the utterances, where the split is not given.
         sync: measure how late each clip's sound is beside its picture, and move it (:mod:`data_prep.sync`).
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
@@ -90,7 +92,7 @@ def _landmarks(raw: Path, name: str) -> tuple[Path, ...]:
     for path in (raw / f"{name}.npz", raw / f"{name}.csv", raw / f"{name}.pts", raw / name):
         if path.exists():
             return (path,)
-    sequence = tuple(sorted(raw.glob(f"{name}_*.pts")))
+    sequence = tuple(sorted(p for p in raw.glob("*.pts") if re.fullmatch(rf"{re.escape(name)}_\d+", p.stem)))
     if not sequence:
         raise DnnvssError("no landmarks", file=raw / f"{name}.npz", utterance=name, remedy=_LANDMARKS)
     return sequence

@@ -60,7 +60,8 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
 
     Videos are ``video/*.mp4``, ``raw/*.mpg`` (the corpus's own MPEG-1) or ``*.mpg`` in ``raw`` itself; where an id has
     more than one, the mp4 is taken. Word times are ``align/*.align``, landmarks ``landmarks/*.npz`` with
-    ``landmarks.json``, splits ``splits/*.txt``; without splits they are drawn, even in the spoken letter.
+    ``landmarks.json``, splits ``splits/*.txt``; those of train, val and test that are not there are drawn, even in the
+    spoken letter.
 
     Args:
         raw: the corpus as it was distributed.

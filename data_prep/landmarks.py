@@ -11,7 +11,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats import Landmarks, read_landmarks, read_npz, read_pts_sequence
 
 
-def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, frames: int) -> dict[str, Any]:
+def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, frames: int,
+             size: tuple[int, int]) -> dict[str, Any]:
     """Return the counts of a recording's landmarks, after writing them to ``out/.stages/landmarks/<id>.npz``.
 
     Args:
@@ -20,10 +21,11 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
         landmarks: one file, one folder of ``.pts``, or the ``.pts`` files.
         scale: what stored coordinates are divided by to give pixels.
         frames: the number of pictures.
+        size: width and height of the video in pixels.
 
     Raises:
-        DnnvssError: landmarks that cannot be read, of another number of frames, without a valid frame, or NaN where
-            they are marked as valid.
+        DnnvssError: landmarks that cannot be read, of another number of frames, without a valid frame, NaN where
+            they are marked as valid, or in most frames outside the picture.
     """
     found = _read(landmarks, scale)
     file = landmarks[0] if len(landmarks) == 1 else landmarks[0].parent
@@ -37,6 +39,12 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
                           file=file, utterance=name, remedy="Mark frames without landmarks as not valid")
     if not found.valid.any():
         raise DnnvssError("no frame has landmarks", file=file, utterance=name, remedy="Track the video again")
+    valid = found.points[found.valid]
+    if doctor.outside(valid, size).mean() > 0.5:
+        (left, top), (right, bottom) = valid.min(axis=(0, 1)), valid.max(axis=(0, 1))
+        raise DnnvssError(f"landmarks reach over x {left:.0f} to {right:.0f} and y {top:.0f} to {bottom:.0f}, the "
+                          f"video is {size[0]} x {size[1]} pixels", file=file, utterance=name,
+                          remedy="Track this very video, or set scale in landmarks.json (pixels = stored / scale)")
     files.write_arrays(out / ".stages" / "landmarks" / f"{name}.npz", points=found.points, valid=found.valid)
     return {"points": found.points.shape[1], "lost": int((~found.valid).sum())}
 
@@ -51,15 +59,16 @@ def _read(landmarks: tuple[Path, ...], scale: float) -> Landmarks:
     return Landmarks(found.points / np.float32(scale), found.valid)
 
 
-def write_clean(name: str, out: Path, bad: str) -> dict[str, Any]:
+def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:
     """Return the path of the landmarks written to ``out/landmarks``: pixels, bad frames interpolated and not valid.
 
     Args:
         name: the utterance id.
         out: the prepared corpus.
+        marks: what :func:`read_raw` wrote.
         bad: a character for each frame, ``1`` where it is not to be trusted.
     """
-    arrays = files.read_arrays(out / ".stages" / "landmarks" / f"{name}.npz", "Prepare the corpus again")
+    arrays = files.read_arrays(marks, "Prepare the corpus again")
     valid = arrays["valid"] & (np.frombuffer(bad.encode(), np.uint8) == ord("0"))
     path = files.write_arrays(out / "landmarks" / f"{name}.npz", points=doctor.interpolated(arrays["points"], valid),
                               valid=valid)

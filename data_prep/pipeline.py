@@ -11,10 +11,11 @@ import numpy as np
 
 from data_prep.adapt import heard_again, heard_at_last, learn_voice
 from data_prep.align import given, heard, sharp
+from data_prep.digests import with_digests
 from data_prep.landmarks import read_raw, write_clean
 from data_prep.media import media
 from data_prep.report import Outcome, counts, write_report
-from data_prep.splits import draw, usable
+from data_prep.splits import completed, lacking
 from data_prep.stages import FOLDER, Workshop
 from data_prep.sync import FEWEST, find_sync, in_step
 from dnnvss import files
@@ -62,7 +63,7 @@ class Recipe:
 
     Args:
         info: name, groups of landmarks, variant and credit; size and rate are found.
-        splits: ids by name of the split, as given; where train, val and test are not all there they are drawn.
+        splits: ids by name of the split, as given; of train, val and test those are drawn that are not there.
         stratum: what a drawn split is to be even in.
         val, test: shares of a drawn split.
         scale: what stored coordinates are divided by to give pixels.
@@ -121,16 +122,19 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
     """Return the folder of the prepared corpus after every stage has run.
 
     Raises:
-        DnnvssError: nothing is left, an output cannot be written, or (strict) an utterance would be dropped.
+        DnnvssError: nothing is left, an output cannot be written, splits that are not given cannot be drawn, or
+            (strict) an utterance would be dropped.
     """
     sources = list(sources)
     if not sources:
         raise DnnvssError("there is no recording to prepare", remedy="Set corpus.raw to the folder with the recordings")
+    if recipe.splits:  # a mistake in them is said before hours of work
+        completed(recipe.splits, [s.id for s in sources], recipe.val, recipe.test, recipe.stratum)
     run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources})
     try:
         for source in sources:
-            if source.problem:
-                run.drop(source.id, source.problem)
+            if problem := source.problem or _unfit_id(source.id):
+                run.drop(source.id, problem)
         made = _media(run)
         size, rate = _usual(run, made)
         bad = _examined(run, made)
@@ -138,9 +142,17 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         made = _sounds(run, made, late)
         timed = _aligned(run, made, late)
         cleaned = _cleaned(run, made, timed, bad)
-        return _finished(run, _utterances(run, made, timed, cleaned), size, rate)
+        utterances = with_digests(shop, _utterances(run, made, timed, cleaned))
+        return _finished(run, utterances, size, rate)
     finally:
         shop.sweep()
+
+
+def _unfit_id(name: str) -> str:
+    """Return why an id cannot stand on a line of a split file, nothing where it can."""
+    if name == name.strip() and len(name.splitlines()) == 1:
+        return ""
+    return f"the name {name!r} begins or ends with a space, or holds a line break: rename its files"
 
 
 MEDIA = 2
@@ -167,8 +179,8 @@ def _usual(run: Preparation, made: Results) -> tuple[tuple[int, int], Fraction]:
 
 def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
     """Return for each utterance the frames (F,) that show no face of the talker, and say why in the report."""
-    tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"]}
-             for s in run.alive()}
+    tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"],
+                    "size": made[s.id]["size"]} for s in run.alive()}
     counted = run.take(run.shop.run("landmarks", read_raw, tasks))
     usual = Counter(c["points"] for c in counted.values()).most_common(1)
     for name, c in counted.items():
@@ -182,10 +194,12 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
         _nothing_left(run)
     broken = doctor.broken_pictures(clips, limits)
     jumps = {n: mask & ~broken[n] for n, mask in doctor.jumps(clips, limits).items()}
-    valid = {n: marks[n]["valid"] & ~broken[n] for n in names}
+    outside = {n: marks[n]["valid"] & doctor.outside(marks[n]["points"], made[n]["size"], limits) for n in names}
+    valid = {n: marks[n]["valid"] & ~broken[n] & ~outside[n] for n in names}
     ghosts = doctor.ghosts({n: marks[n]["points"] for n in names}, valid, limits)
     for name in names:
         for what, mask in (("broken pictures", broken[name]), ("landmarks not found", ~marks[name]["valid"]),
+                           ("landmarks outside the picture", outside[name]),
                            ("landmarks that are not the face", ghosts[name])):
             if mask.any():
                 run.outcomes[name].repair(f"{what} in {mask.sum()} frames ({_ranges(mask)})")
@@ -195,7 +209,7 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
                 run.drop(name, "pictures damaged for long: they jump, and the landmarks leave the face")
     for name, distance in doctor.off_colour(clips, limits).items():
         run.outcomes[name].notes.append(f"off colour throughout ({distance:.0f} robust sd from the corpus)")
-    return {n: broken[n] | ghosts[n] for n in names}
+    return {n: broken[n] | outside[n] | ghosts[n] for n in names}
 
 
 def _ranges(mask: np.ndarray) -> str:
@@ -238,7 +252,7 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
 
 def _sounds(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
     """Return what is known of the recordings with the path of the sound that is in step with the picture."""
-    moved = run.shop.run("sound", in_step, {s.id: {"sound": made[s.id]["sound"], "late": late[s.id]}
+    moved = run.shop.run("sound", in_step, {s.id: {"sound": run.shop.out / made[s.id]["sound"], "late": late[s.id]}
                                             for s in run.alive()})
     return {name: made[name] | result for name, result in run.take(moved).items()}
 
@@ -327,7 +341,8 @@ def _cleaned(run: Preparation, made: Results, timed: Results, bad: Mapping[str, 
     """Write the landmarks that are left; drop utterances with too few of them over speech."""
     tasks = {}
     for s in run.alive():
-        good = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{s.id}.npz")["valid"] & ~bad[s.id]
+        marks = run.shop.out / FOLDER / "landmarks" / f"{s.id}.npz"
+        good = files.read_arrays(marks)["valid"] & ~bad[s.id]
         phones = Alignment.from_json(timed[s.id]["alignment"])["phones"]
         spoken = [p for p in phones if p.label not in SILENCES]
         if not spoken:
@@ -338,7 +353,7 @@ def _cleaned(run: Preparation, made: Results, timed: Results, bad: Mapping[str, 
         if not good.any() or speech.mean() < run.recipe.speech_valid:
             run.drop(s.id, f"only {speech.sum()} of the {len(speech)} frames of speech have landmarks to be trusted")
         else:
-            tasks[s.id] = {"bad": "".join("10"[int(g)] for g in good)}
+            tasks[s.id] = {"marks": marks, "bad": "".join("10"[int(g)] for g in good)}
     return run.take(run.shop.run("clean landmarks", write_clean, tasks))
 
 
@@ -357,9 +372,9 @@ def _finished(run: Preparation, utterances: list[Utterance], size: tuple[int, in
     if not utterances:
         _nothing_left(run)
     kept = {u.id for u in utterances}
-    splits = {name: list(ids) for name, ids in recipe.splits.items()}
-    if not usable(splits, kept):
-        splits |= draw(kept, recipe.val, recipe.test, recipe.stratum)
+    splits = completed(recipe.splits, kept, recipe.val, recipe.test, recipe.stratum)
+    if recipe.splits and (drawn := lacking(recipe.splits, kept)):
+        print(f"splits drawn, as no utterance was given for them: {', '.join(drawn)}")
     Corpus.write(out, replace(recipe.info, size=size, rate=str(rate)), utterances, splits)
     number = counts(run.outcomes.values())
     print(f"{len(kept)} utterances ({number['repaired']} of them repaired), {number['dropped']} dropped: {report}")

@@ -6,6 +6,7 @@ network that has seen it. The lag at which heard and seen lips agree best is how
 models play no part in it.
 """
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,9 +99,8 @@ def find_sync(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tupl
     Raises:
         DnnvssError: no group of lips, eyes or nose.
     """
-    key = fingerprint(_VERSION, sorted(sounds), [(n, p.tobytes().hex()[:4000], v.tolist())
-                                                 for n, (p, v) in sorted(seen.items())],
-                      [shop.out / s for s in sounds.values()])
+    shapes = [(n, hashlib.sha256(p.tobytes()).hexdigest(), v.tolist()) for n, (p, v) in sorted(seen.items())]
+    key = fingerprint(_VERSION, [(n, shop.out / s) for n, s in sorted(sounds.items())], shapes, groups, rate)
     path = shop.out / FOLDER / "sync" / f"{key}.json"
     if path.is_file():
         return Sync(**files.read_json(path))
@@ -246,15 +246,15 @@ def _best(heard: np.ndarray, seen: np.ndarray) -> float:
     return best
 
 
-def in_step(name: str, out: Path, sound: str, late: float) -> dict[str, Any]:
+def in_step(name: str, out: Path, sound: Path, late: float) -> dict[str, Any]:
     """Return the path of an utterance's sound in ``out/audio``, moved ``late`` seconds towards its start.
 
     Args:
         name: the utterance id.
         out: the prepared corpus.
-        sound: the sound as the file has it, relative to ``out``.
+        sound: the sound as the file has it.
         late: seconds by which it is late.
     """
-    samples = read_audio(out / sound, RATE)
+    samples = read_audio(sound, RATE)
     path = write_wav(out / "audio" / f"{name}.wav", laid(samples, late, len(samples)), RATE)
     return {"audio": str(path.relative_to(out))}

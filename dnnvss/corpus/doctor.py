@@ -5,7 +5,7 @@ clips are compared with themselves and with the rest of the corpus by measures t
 medians and median absolute deviations (times 1.4826, in the scale of a standard deviation).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -15,6 +15,12 @@ THUMBNAIL = (16, 12)
 """Width and height of the thumbnails that pictures are compared by."""
 
 _MAD = 1.4826
+
+REPEATED = 0.05
+"""Grey levels by which a picture that is the one before, stored again, may differ from it after compression."""
+
+OFTEN = 0.1
+"""Share of repeated pictures beyond which a video was recorded at a lower rate than it is stored at."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +35,7 @@ class Limits:
         shape: distance of a face from the median face: root mean square over points, in robust standard deviations.
             A corpus that varies more has a higher limit: 1.6 times the 95th percentile of its frames.
         speed: the same for the change from one frame to the next, with 2.2 times the percentile.
+        outside: share of a frame's points that may lie outside the picture, by more than a hundredth of its size.
         place: distance of centre and log scale from the clip's median, in robust standard deviations of the corpus.
     """
 
@@ -37,6 +44,7 @@ class Limits:
     colour: float = 12.0
     shape: float = 2.75
     speed: float = 2.1
+    outside: float = 0.05
     place: float = 25.0
 
 
@@ -86,9 +94,16 @@ def jumps(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str,
 
 
 def _relative_changes(clips: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the change (F,) from the picture before, over the corpus's median."""
+    """Return the change (F,) from the picture before, over the median of the corpus's changes.
+
+    Where pictures are stored twice (30 a second in a video of 60), repeats are no changes and do not count.
+    """
     changes = {name: _changes(clip) for name, clip in clips.items()}
-    usual = max(float(np.median(np.concatenate(list(changes.values())))), 0.05)
+    pooled = np.concatenate(list(changes.values()))
+    repeats = pooled <= REPEATED
+    if OFTEN < repeats.mean() < 1:
+        pooled = pooled[~repeats]
+    usual = max(float(np.median(pooled)), REPEATED)
     return {name: change / usual for name, change in changes.items()}
 
 
@@ -103,6 +118,19 @@ def _standard(clip: np.ndarray) -> np.ndarray:
     grey = clip.astype(np.float32).mean(axis=-1).reshape(len(clip), -1)
     grey -= grey.mean(axis=1, keepdims=True)
     return grey / np.maximum(grey.std(axis=1, keepdims=True), 1e-3)
+
+
+def outside(points: np.ndarray, size: Sequence[int], limits: Limits = LIMITS) -> np.ndarray:
+    """Return the frames (F,) in which too many points lie outside the picture.
+
+    Args:
+        points: (F, P, 2) in pixels; NaN is not outside.
+        size: width and height of the picture in pixels.
+        limits: the share of points that may.
+    """
+    margin = 0.01 * max(size)
+    away = ((points < -margin) | (points > np.asarray(size) + margin)).any(axis=2)
+    return np.asarray(away.mean(axis=1) > limits.outside)
 
 
 def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str, float]:

@@ -2,9 +2,10 @@
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,45 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus.utterance import Utterance
 from dnnvss.errors import DnnvssError
+
+SPLITS = ("train", "val", "test")
+"""Splits of a corpus, and of each variant of it (``unseen_train``, ...)."""
+
+
+def split_files(folder: Path) -> dict[str, list[str]]:
+    """Return the ids in each ``*.txt`` of a folder by the name of the file; nothing if there is no folder.
+
+    A file has one id a line; ids may hold spaces, blank lines do not count.
+
+    Raises:
+        DnnvssError: a file cannot be read.
+    """
+
+    def ids(path: Path) -> list[str]:
+        return [name for line in path.read_text("utf-8").splitlines() if (name := line.strip())]
+
+    return {p.stem: files.read(p, ids, "Give one id a line")
+            for p in sorted(folder.glob("*.txt")) if not p.name.startswith(".")}
+
+
+def check_apart(splits: Mapping[str, Sequence[str]], folder: Path) -> None:
+    """Refuse splits of one variant that share utterances: what is tested must not have been trained on.
+
+    Args:
+        splits: ids by name of the split; ``train``, ``val`` and ``test``, with or without a variant before them.
+        folder: where they are, for the message.
+
+    Raises:
+        DnnvssError: an id is in two splits of one variant; the first few are named.
+    """
+    for one, two in combinations(splits, 2):
+        (variant, _, kind), (other, _, kind_too) = one.rpartition("_"), two.rpartition("_")
+        if variant != other or not {kind, kind_too} <= set(SPLITS):
+            continue
+        if both := sorted(set(splits[one]) & set(splits[two])):
+            more = f" and {len(both) - 3} more" if len(both) > 3 else ""
+            raise DnnvssError(f"{one} and {two} both name {', '.join(both[:3])}{more}", file=folder,
+                              remedy="Let each utterance be in one of them")
 
 
 @dataclass(frozen=True)
@@ -57,14 +97,19 @@ class Corpus:
         info["landmark_groups"] = {name: (a, b) for name, (a, b) in info["landmark_groups"].items()}
         rows = files.read(
             root / "utterances.jsonl",
-            lambda path: [Utterance.from_json(json.loads(line)) for line in path.read_text("utf-8").splitlines()],
+            lambda path: [Utterance.from_json(json.loads(x)) for x in path.read_text("utf-8").split("\n") if x],
             remedy,
         )
         return cls(root, CorpusInfo(**info), {u.id: u for u in rows})
 
     @staticmethod
     def write(root: Path, info: CorpusInfo, utterances: Iterable[Utterance], splits: dict[str, list[str]]) -> None:
-        """Write ``corpus.json``, ``utterances.jsonl`` and the splits into ``root``; ``corpus.json`` comes last."""
+        """Write ``corpus.json``, ``utterances.jsonl`` and the splits into ``root``; ``corpus.json`` comes last.
+
+        Raises:
+            DnnvssError: train, val and test of one variant share utterances, or a file cannot be written.
+        """
+        check_apart(splits, root / "splits")
         lines = [json.dumps(u.to_json(), ensure_ascii=False) for u in utterances]
         files.write_text(root / "utterances.jsonl", "\n".join(lines) + "\n")
         for name, ids in splits.items():
@@ -77,12 +122,14 @@ class Corpus:
         Ids that the preparation dropped (see ``report.jsonl``) are left out.
 
         Raises:
-            DnnvssError: there is no such split, or none of its utterances was kept.
+            DnnvssError: there is no such split, none of its utterances was kept, or the variant's splits share some.
         """
         file = self.root / "splits" / (f"{variant}_{name}.txt" if variant else f"{name}.txt")
-        known = sorted(p.stem for p in file.parent.glob("*.txt"))
-        ids = files.read(file, lambda p: p.read_text("utf-8").split(), f"Choose one of the splits {known}")
-        kept = [self.utterances[i] for i in ids if i in self.utterances]
+        splits = split_files(file.parent)
+        if file.stem not in splits:
+            raise DnnvssError("no such file", file=file, remedy=f"Choose one of the splits {sorted(splits)}")
+        check_apart({s: ids for s, ids in splits.items() if s.rpartition("_")[0] == variant}, file.parent)
+        kept = [self.utterances[i] for i in splits[file.stem] if i in self.utterances]
         if not kept:
             raise DnnvssError(f"split {name!r} holds none of the corpus's utterances", file=file,
                               remedy="See report.jsonl beside it for why utterances were dropped")
@@ -107,8 +154,12 @@ class Corpus:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A hash of the records and the corpus description: changes when the data changes."""
+        """A hash of the description, the records with the digests of their files, and the splits.
+
+        It changes when the data changes. Corpora that were prepared before records had digests lack those.
+        """
         digest = hashlib.sha256()
         for name in ("corpus.json", "utterances.jsonl"):
             digest.update((self.root / name).read_bytes())
+        digest.update(json.dumps(split_files(self.root / "splits"), sort_keys=True).encode())
         return digest.hexdigest()[:16]

@@ -18,6 +18,7 @@ class Utterance:
         video, audio, landmarks: paths relative to the corpus folder, or None where there is none.
         rate: source frame rate of the video.
         frames: number of video frames.
+        digest: of the content of video, audio and landmarks; empty where it is not known.
     """
 
     id: str
@@ -28,6 +29,7 @@ class Utterance:
     landmarks: str | None = None
     rate: Fraction = Fraction(25)
     frames: int = 0
+    digest: str = ""
 
     @property
     def clock(self) -> FrameClock:
@@ -36,6 +38,7 @@ class Utterance:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain containers, one line of ``utterances.jsonl``."""
+        digest = {"digest": self.digest} if self.digest else {}
         return {
             "id": self.id,
             "text": self.text,
@@ -44,6 +47,7 @@ class Utterance:
             "landmarks": self.landmarks,
             "rate": str(self.rate),
             "frames": self.frames,
+            **digest,
             "alignment": self.alignment.to_json(),
         }
 

@@ -59,6 +59,26 @@ def test_a_clip_that_is_broken_but_for_its_end_keeps_the_end(rng):
     assert np.flatnonzero(~doctor.broken_pictures(clips)["c0"]).tolist() == [37, 38, 39]
 
 
+def test_pictures_that_are_stored_twice_are_not_broken(rng):
+    clips = {f"c{k}": doctor.thumbnails(picture(rng)) for k in range(8)}
+    clips["c3"] = clips["c3"].copy()
+    clips["c3"][:12] = rng.integers(0, 255, (1, 12, 16, 3))
+    twice = {name: np.repeat(clip, 2, axis=0) for name, clip in clips.items()}
+    for clip in twice.values():
+        clip[1::2, 0, :8] += 1  # compression: 0.04 grey levels in the mean
+    assert {n: m.tolist() for n, m in doctor.broken_pictures(twice).items()} == {
+        n: np.repeat(m, 2).tolist() for n, m in doctor.broken_pictures(clips).items()}
+    assert not any(mask.any() for mask in doctor.jumps(twice).values())
+
+
+def test_points_outside_the_picture_count_beyond_a_few():
+    points = np.full((4, 40, 2), 50.0)
+    points[1, :3, 0], points[2, :2, 1], points[3] = 105, 105, np.nan
+    assert doctor.outside(points, (100, 100)).tolist() == [False, True, False, False]
+    assert doctor.outside(points - 52, (100, 100)).tolist() == [True, True, True, False]
+    assert doctor.outside(points + 50.5, (100, 100)).tolist() == [False, True, False, False]  # a rounded edge
+
+
 def test_off_colour_clips_are_named_and_exposure_does_not_count(rng):
     clips = {f"c{k}": doctor.thumbnails(picture(rng, 5, (0, 0, 0))) for k in range(9)}
     clips["tinted"] = doctor.thumbnails(picture(rng, 5, (40, 0, -40)))

@@ -1,5 +1,6 @@
 """A folder of recordings becomes a corpus; what is wrong with a recording is said, and costs that recording alone."""
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from data_prep.demo import prepare_demo
-from data_prep.folder import prepare_folder
+from data_prep.folder import _landmarks, prepare_folder
 from dnnvss import files
 from dnnvss.corpus import Corpus, read_audio, read_video
 from dnnvss.errors import DnnvssError
@@ -50,6 +51,92 @@ def test_everything_is_taken_over(recordings: Path, tmp_path: Path) -> None:
         np.testing.assert_array_equal(points[valid], demo.landmarks(other)[0][valid])
         assert valid.mean() > 0.9  # five clips are few to tell a quick movement from a ghost
     assert sum(len(corpus.split(s)) for s in ("train", "val", "test")) == 5
+
+
+def test_ids_may_hold_spaces_and_given_splits_stay(raw: Path, tmp_path: Path) -> None:
+    names = {"demo_001": "clip", "demo_002": "clip 2", "demo_003": "clip 3"}
+    for old, new in names.items():
+        for path in sorted(raw.glob(f"{old}.*")):
+            path.rename(raw / f"{new}{path.suffix}")
+    files.write_text(raw / "splits" / "test.txt", "clip 2\nclip\n")
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    assert [u.id for u in corpus.split("test")] == ["clip 2", "clip"]
+    others = [u.id for s in ("train", "val") for u in corpus.split(s)]
+    assert len(others) == 3 and not set(others) & {"clip", "clip 2"}
+    files.write_text(corpus.root / "splits" / "val.txt", "clip\n")
+    with pytest.raises(DnnvssError, match="test and val both name clip"):
+        corpus.split("train")
+    with pytest.raises(DnnvssError, match=r"unseen_train\.txt: no such file\. Choose one of the splits \['test'"):
+        corpus.split("train", "unseen")
+
+
+def test_changed_recordings_and_landmarks_are_taken_anew(raw: Path, tmp_path: Path,
+                                                        monkeypatch: pytest.MonkeyPatch) -> None:
+    first = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    u, seen = first.utterances["demo_001"], [first.fingerprint]
+    points, sound = first.landmarks(u)[0], read_audio(first.path(u, "audio"))
+
+    def again() -> Corpus:
+        corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+        seen.append(corpus.fingerprint)
+        return corpus
+
+    for work in ("pipeline.media", "pipeline.read_raw", "pipeline.in_step", "pipeline.write_clean", "digests.digested"):
+        monkeypatch.setattr(f"data_prep.{work}", None)
+    assert again().fingerprint == first.fingerprint  # nothing changed, nothing done
+    monkeypatch.undo()
+    arrays = files.read_arrays(raw / "demo_001.npz")
+    files.write_arrays(raw / "demo_001.npz", **{**arrays, "points": arrays["points"] + np.float32(0.25)})
+    np.testing.assert_allclose(again().landmarks(u)[0], points + 0.25, atol=1e-5)
+    write_video(raw / "demo_001.mp4", read_video(raw / "demo_001.mp4"), u.rate, sound / 2, 16000)
+    changed = read_audio(again().path(u, "audio"))
+    assert np.abs(changed).max() == pytest.approx(np.abs(sound).max() / 2, rel=0.1)
+    marks = files.read_json(raw / "landmarks.json")
+    files.write_json(raw / "landmarks.json", {**marks, "scale": 1.25})
+    np.testing.assert_allclose(again().landmarks(u)[0], (points + 0.25) / 1.25, atol=1e-5)
+    out = tmp_path / "out" / "splits"
+    files.write_text(raw / "splits" / "test.txt", (out / "val.txt").read_text())
+    again()
+    assert len(set(seen)) == 5 and seen[0] == seen[1]
+
+
+def test_landmarks_of_another_picture_size_are_dropped(raw: Path, tmp_path: Path) -> None:
+    arrays = files.read_arrays(raw / "demo_001.npz")
+    files.write_arrays(raw / "demo_001.npz", **{**arrays, "points": 2 * arrays["points"]})
+    few = files.read_arrays(raw / "demo_002.npz")
+    few["points"][3:5, :9] -= 80
+    files.write_arrays(raw / "demo_002.npz", **few)
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    report = (tmp_path / "out" / "report.md").read_text()
+    assert "demo_001" not in corpus.utterances
+    assert re.search(r"demo_001\.npz: utterance demo_001: landmarks reach over x \d+ to 1\d\d and y \d+ to 1\d\d, "
+                     r"the video is 80 x 80 pixels. Track this very video, or set scale", report)
+    assert "landmarks outside the picture in 2 frames (3-4)" in report
+    assert np.flatnonzero(~corpus.landmarks(corpus.utterances["demo_002"])[1])[:2].tolist() == [3, 4]
+
+
+def test_splits_that_cannot_be_completed_are_told_before_the_work(raw: Path, tmp_path: Path) -> None:
+    files.write_text(raw / "splits" / "train.txt", "".join(f"demo_00{k}\n" for k in range(5)))
+    with pytest.raises(DnnvssError, match="too few utterances are left for val and test"):
+        prepare_folder(raw, tmp_path / "out", jobs=1)
+    files.write_text(raw / "splits" / "test.txt", "demo_004\n")
+    with pytest.raises(DnnvssError, match="test and train both name demo_004"):
+        prepare_folder(raw, tmp_path / "out", jobs=1)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_id_that_cannot_stand_in_a_split_file_is_dropped(raw: Path, tmp_path: Path) -> None:
+    for path in sorted(raw.glob("demo_001.*")):
+        path.rename(raw / f" clip{path.suffix}")
+    assert " clip" not in Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1)).utterances
+    assert "the name ' clip' begins or ends with a space" in (tmp_path / "out" / "report.md").read_text()
+
+
+def test_pts_files_are_those_of_the_id_alone(tmp_path: Path) -> None:
+    for stem in ("clip_000002", "clip_000001", "clip_2_000001", "clip_a", "clip_"):
+        write_pts(tmp_path / f"{stem}.pts", np.zeros((68, 2)))
+    assert [p.stem for p in _landmarks(tmp_path, "clip")] == ["clip_000001", "clip_000002"]
+    assert [p.stem for p in _landmarks(tmp_path, "clip_2")] == ["clip_2_000001"]
 
 
 def spoil_transcript(raw: Path) -> None:

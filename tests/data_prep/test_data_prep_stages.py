@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data_prep.splits import draw, read_splits, usable
+from data_prep.splits import completed, draw, lacking, read_splits
 from data_prep.stages import Workshop, fingerprint
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -144,11 +144,30 @@ def test_small_corpora_get_one_utterance_in_each_split():
         draw(["a", "b"], 0.05, 0.05)
 
 
-def test_splits_are_read_from_files_and_used_if_they_name_what_was_kept(tmp_path):
-    for name, text in (("train", "a b\n"), ("val", "c"), ("test", "d\n\n"), ("unseen_test", "a")):
-        (tmp_path / f"{name}.txt").write_text(text)
+def test_splits_are_read_from_files_an_id_a_line(tmp_path):
+    for name, text in (("train", "a\nclip 2 \n"), ("val", "c"), ("test", "d\n\n"), ("unseen_test", "a\r\nclip\r\n")):
+        (tmp_path / f"{name}.txt").write_text(text, newline="")
+    (tmp_path / "._train.txt").write_text("what a file manager left")
     splits = read_splits(tmp_path)
-    assert splits == {"train": ["a", "b"], "val": ["c"], "test": ["d"], "unseen_test": ["a"]}
-    assert usable(splits, {"a", "c", "d"})
-    assert not usable(splits, {"a", "b", "c"})
+    assert splits == {"train": ["a", "clip 2"], "val": ["c"], "test": ["d"], "unseen_test": ["a", "clip"]}
+    assert lacking(splits, {"a", "c", "d"}) == () and lacking(splits, {"a", "clip", "c"}) == ("test",)
     assert read_splits(tmp_path / "none") == {}
+    (tmp_path / "val.txt").write_text("c\nclip 2\n")
+    with pytest.raises(DnnvssError, match="train and val both name clip 2"):
+        read_splits(tmp_path)
+
+
+def test_only_splits_that_are_not_given_are_drawn_from_what_the_others_leave():
+    kept = [f"u{k:02}" for k in range(20)]
+    given = {"test": ["u03", "u04"], "val": ["dropped"], "unseen_test": ["u05"]}
+    splits = completed(given, kept, 0.1, 0.1)
+    assert splits["test"] == ["u03", "u04"] and splits["unseen_test"] == ["u05"]
+    assert len(splits["val"]) == 2 and len(splits["train"]) == 16
+    assert sorted(splits["train"] + splits["val"] + splits["test"]) == kept
+    whole = {"train": kept[:18], "val": kept[18:19], "test": kept[19:]}
+    assert completed(whole, kept, 0.1, 0.1) == whole
+    spare = completed({"train": kept[:18]}, kept, 0.5, 0.5)
+    assert spare["train"] == kept[:18] and sorted(spare["val"] + spare["test"]) == kept[18:]
+    assert completed({}, kept, 0.1, 0.1) == draw(kept, 0.1, 0.1)
+    with pytest.raises(DnnvssError, match=r"too few utterances are left for val and test: .* all but 1 of 20"):
+        completed({"train": kept[:19]}, kept, 0.1, 0.1)

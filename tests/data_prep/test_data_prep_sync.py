@@ -50,6 +50,9 @@ def test_late_sound_is_found(tmp_path, monkeypatch):
     assert abs(found.spread - truth.std()) < 0.01 and not found.unknown
     monkeypatch.setattr(sync, "crossfitted", None)  # a second run does not hear the lips again
     assert find_sync(shop, sounds, seen, GROUPS, 25.0) == found
+    seen["c00"][0][-1] += 1  # its last frame
+    with pytest.raises(TypeError, match="not callable"):
+        find_sync(shop, sounds, seen, GROUPS, 25.0)
 
 
 def test_groups_without_lips_are_an_error(tmp_path):
@@ -83,7 +86,7 @@ def test_sound_is_moved_and_keeps_its_length(tmp_path):
     sound[8000] = 0.5
     write_wav(tmp_path / "raw.wav", sound, RATE)
     for late, at in ((0.05, 7200), (-0.05, 8800), (0.0, 8000)):
-        moved = read_audio(tmp_path / in_step("a", tmp_path, "raw.wav", late)["audio"], RATE)
+        moved = read_audio(tmp_path / in_step("a", tmp_path, tmp_path / "raw.wav", late)["audio"], RATE)
         assert len(moved) == RATE and int(np.argmax(moved)) == at
 
 

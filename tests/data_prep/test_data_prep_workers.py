@@ -25,7 +25,7 @@ def test_a_dask_cluster_of_two_workers_prepares_the_same_corpus(tmp_path: Path) 
     assert files == sorted(p.relative_to(tmp_path / "dask") for p in (tmp_path / "dask").rglob("*") if p.is_file())
     assert len(files) > 12
     for name in files:
-        if name.suffix != ".npz":  # a zip archive keeps the time
+        if name.parent.name != "digest":  # their keys hold where the files are, and when they were made
             assert (tmp_path / "dask" / name).read_bytes() == (tmp_path / "loky" / name).read_bytes(), name
 
 
