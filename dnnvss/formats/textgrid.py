@@ -23,11 +23,16 @@ def read_textgrid(path: str | Path) -> Alignment:
     one speaker. Either of the two tiers may be missing. Unnamed stretches are silence.
 
     Raises:
-        DnnvssError: unreadable, no interval tier, two speakers, an unknown phone, or overlapping intervals; names file,
-            tier and interval.
+        DnnvssError: unreadable or cut short, no interval tier, two speakers, an unknown phone, or overlapping
+            intervals; names file, tier and interval.
     """
     path = Path(path)
     grid = files.read(path, _open, _REMEDY)
+    declared = _declared(path.read_bytes())
+    held = [len(tier.entries) for tier in grid.tiers if isinstance(tier, textgrid.IntervalTier)]
+    if any(found < wanted for wanted, found in zip(declared, held, strict=False)) or len(held) < len(declared):
+        raise DnnvssError(f"is cut short: its interval tiers hold {held} intervals and say {declared}", file=path,
+                          remedy="Export the alignment again")
     tiers: dict[str, Tier] = {}
     for tier in grid.tiers:
         if not isinstance(tier, textgrid.IntervalTier):
@@ -52,6 +57,13 @@ def write_textgrid(path: str | Path, alignment: Alignment) -> Path:
     with files.replacing(path) as temporary:
         grid.save(str(temporary), format="long_textgrid", includeBlankSpaces=True, minimumIntervalLength=None)
     return Path(path)
+
+
+def _declared(data: bytes) -> list[int]:
+    """Return how many intervals each interval tier of a long TextGrid says that it has; nothing for a short one."""
+    wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    text = data.decode("utf-16" if wide else "utf-8", errors="replace")
+    return [int(size) for size in re.findall(r"intervals: size = (\d+)", text)]
 
 
 def _open(path: Path) -> Any:

@@ -50,7 +50,7 @@ def see(model: ActiveAppearanceModel, corpus: Corpus, name: str) -> Seen:
     utterance = corpus.utterances[name]
     images = read_video(corpus.path(utterance, "video"))
     landmarks, valid = corpus.landmarks(utterance)
-    code = encode_clip(model, images, landmarks, valid, float(utterance.rate))
+    code = encode_clip(model, images, landmarks, valid, float(utterance.rate), utterance.id)
     return Seen(utterance, images, landmarks, code)
 
 

@@ -81,8 +81,8 @@ def track_folder(labels: Path, videos: Path, out: Path | None = None, *, own: in
         settings: of the search model; the defaults where None.
 
     Raises:
-        DnnvssError: labels or videos are missing or wrong, two videos differ by their suffix alone, or points that
-            this command did not write are in the way.
+        DnnvssError: labels are missing or wrong, no video can be read (one that cannot is named and left out), two
+            videos differ by their suffix alone, or points that this command did not write are in the way.
     """
     root = videos if videos.is_dir() else videos.parent
     job = Job(root, tuple(find_videos(videos)), out or root, jobs)
@@ -165,8 +165,12 @@ def _track_all(job: Job, path: Path, title: str) -> None:
     left = [v for v in job.videos if not _done(job.target(v), key, v)]
     work = joblib.Parallel(n_jobs=job.jobs, return_as="generator_unordered")
     with tqdm(total=len(job.videos), initial=len(job.videos) - len(left), desc=title, unit="video") as bar:
-        for _ in work(joblib.delayed(_track_one)(path, key, v, job.target(v)) for v in left):
+        for error in work(joblib.delayed(_track_one)(path, key, v, job.target(v)) for v in left):
             bar.update(1)
+            if error is not None:
+                bar.write(f"left out: {error}")
+    if not any(_done(job.target(v), key, v) for v in job.videos):
+        raise DnnvssError("no video can be read (see above)", file=job.root, remedy="Convert them to MP4 (H.264)")
 
 
 def _done(path: Path, key: str, video: Path) -> bool:
@@ -184,11 +188,17 @@ def _opened(path: Path, key: str) -> SearchModel:  # the key keeps a worker from
     return model
 
 
-def _track_one(path: Path, key: str, video: Path, target: Path) -> None:
+def _track_one(path: Path, key: str, video: Path, target: Path) -> DnnvssError | None:
+    """Track one video; return what is wrong with it, if anything is: its older points are then gone too."""
     seen = _key(video)
-    found = track_video(_opened(path, key), video)
+    try:
+        found = track_video(_opened(path, key), video)
+    except DnnvssError as error:
+        target.unlink(missing_ok=True)
+        return error
     files.write_arrays(target, points=found.points, valid=found.valid, error=found.error, flag=found.flag,
                        model=np.array(key), video=np.array(seen))
+    return None
 
 
 def _read(path: Path) -> Track:
@@ -197,7 +207,7 @@ def _read(path: Path) -> Track:
 
 
 def _tracked(job: Job, videos: Sequence[Path]) -> list[tuple[Frames, Track]]:
-    return [(partial(video_frames, video), _read(job.target(video))) for video in videos]
+    return [(partial(video_frames, video), _read(job.target(video))) for video in videos if job.target(video).is_file()]
 
 
 def _report(job: Job, model: Path) -> Path:
@@ -205,11 +215,14 @@ def _report(job: Job, model: Path) -> Path:
     limit = SearchModel.load(model).limits.error
     rows: list[dict[str, Any]] = []
     for video in job.videos:
+        if not job.target(video).is_file():
+            rows.append({"video": job.name(video), "frames": 0, "valid": 0, "error": None, **dict.fromkeys(FLAGS, 0)})
+            continue
         found = _read(job.target(video))
         error = float(found.error[found.valid].mean()) if found.valid.any() else None
         rows.append({"video": job.name(video), "frames": len(found.flag), "valid": int(found.valid.sum()),
                      "error": error, **found.counts()})
-    rows.sort(key=lambda r: (r["valid"] / r["frames"], str(r["video"])))
+    rows.sort(key=lambda r: (r["valid"] / max(r["frames"], 1), str(r["video"])))
     total = {name: sum(r[name] for r in rows) for name in ("frames", "valid", *FLAGS)}
     return files.write_json(job.kept("report.json"),
                             {"limit of the error": limit, "total": total, "videos": rows})
@@ -221,6 +234,7 @@ def summary(report: Path) -> str:
     total = value["total"]
     lines = [f"{total['valid']} of {total['frames']} frames of {len(value['videos'])} videos are tracked: "
              + ", ".join(f"{total[name]} {name}" for name in FLAGS)]
+    lines += [f"  {row['video']}: cannot be read" for row in value["videos"] if not row["frames"]]
     for row in [r for r in value["videos"] if r["valid"] < r["frames"]][:5]:
         flags = ", ".join(f"{row[name]} {name}" for name in FLAGS[2:] if row[name])
         lines.append(f"  {row['video']}: {flags} of {row['frames']} frames")

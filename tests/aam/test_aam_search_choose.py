@@ -59,6 +59,16 @@ def test_blurred_and_broken_frames_are_left_out(videos: list[Path]) -> None:
     assert not chosen & {8, 9, 10, 11, 20, 21}
 
 
+def test_a_video_that_cannot_be_read_is_named_and_left_out(videos: list[Path], tmp_path: Path,
+                                                          capsys: pytest.CaptureFixture[str]) -> None:
+    torn = tmp_path / "torn.mp4"
+    torn.write_bytes(videos[0].read_bytes()[:2000])
+    assert {c.video for c in choose_frames([torn, *videos], 10)} == set(videos)
+    assert "left out" in (said := capsys.readouterr().out) and "torn.mp4" in said
+    with pytest.raises(DnnvssError, match=r"torn\.mp4"):
+        choose_frames([torn], 10)
+
+
 def test_too_few_frames_are_an_error(videos: list[Path]) -> None:
     with pytest.raises(DnnvssError, match="are usable and 200 are to be chosen"):
         choose_frames(videos, 200)

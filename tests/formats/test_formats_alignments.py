@@ -146,6 +146,15 @@ def test_unknown_phone_in_a_textgrid_names_the_tier(tmp_path, alignment):
         read_alignment(path)
 
 
+def test_a_textgrid_that_is_cut_short_is_refused(tmp_path, alignment):
+    path = write_alignment(tmp_path / "a.TextGrid", alignment)
+    lines = path.read_text().splitlines()
+    last = max(i for i, line in enumerate(lines) if "intervals [" in line)
+    path.write_text("\n".join(lines[:last]) + "\n")
+    with pytest.raises(DnnvssError, match=r"a\.TextGrid: is cut short"):
+        read_alignment(path)
+
+
 def test_overlap_in_a_textgrid(tmp_path, alignment):
     path = write_alignment(tmp_path / "one.TextGrid", alignment)
     path.write_text(path.read_text().replace("xmax = 0.31", "xmax = 0.35"))

@@ -133,6 +133,15 @@ def test_two_videos_of_one_name_are_refused(material: tuple[Path, Path], tmp_pat
         program.track_folder(material[0], tmp_path, jobs=1)
 
 
+def test_a_video_that_cannot_be_read_is_named_and_left_out(material: tuple[Path, Path], tmp_path: Path) -> None:
+    labels, videos = material
+    shutil.copy(videos / "s0.mp4", tmp_path / "s0.mp4")
+    (tmp_path / "torn.mp4").write_bytes((videos / "s1.mp4").read_bytes()[:2000])
+    report = program.track_folder(labels, tmp_path, jobs=1)
+    assert (tmp_path / "s0.npz").is_file() and not (tmp_path / "torn.npz").exists()
+    assert "torn: cannot be read" in program.summary(report)
+
+
 def test_a_long_video_is_tracked_in_pieces(material: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(program, "_MEMORY", 10 * cases.SIZE * cases.SIZE * 3)
     found = program.track_video(cases.model(), material[1] / "s0.mp4")

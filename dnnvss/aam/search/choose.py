@@ -65,15 +65,23 @@ def choose_frames(videos: Sequence[Path], count: int, seed: int = 0, most_videos
         most_videos: no more videos than this are looked through.
 
     Raises:
-        DnnvssError: no video, an unreadable one, fewer usable frames than are asked for, or nothing moves.
+        DnnvssError: no video, none that can be used (one that cannot is named and left out), or fewer usable frames
+            than are asked for.
     """
     if count < 1:
         raise DnnvssError(f"{count} frames are to be chosen", remedy="Ask for about 30")
     if not videos:
         raise DnnvssError("no video to choose frames from", remedy="Give a folder of videos")
     random = np.random.default_rng(seed)
-    looked = sorted(random.permutation(len(videos))[:most_videos])
-    sketches = joblib.Parallel()(joblib.delayed(_sketch)(videos[i]) for i in looked)
+    drawn = sorted(random.permutation(len(videos))[:most_videos])
+    found = joblib.Parallel()(joblib.delayed(_sketch_or_error)(videos[i]) for i in drawn)
+    errors = [e for e in found if isinstance(e, DnnvssError)]
+    if len(errors) == len(found):
+        raise errors[0]
+    for error in errors:
+        print(f"left out: {error}")
+    looked = [i for i, s in zip(drawn, found, strict=True) if isinstance(s, _Sketch)]
+    sketches = [s for s in found if isinstance(s, _Sketch)]
     owner = np.concatenate([np.full(len(s.frames), i) for i, s in zip(looked, sketches, strict=True)])
     frame = np.concatenate([np.arange(len(s.frames)) for s in sketches])
     features, usable = _compare(sketches)
@@ -112,6 +120,13 @@ def farthest(features: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
         rows.append(int(gap.argmax()))
         gap = np.minimum(gap, ((features - features[rows[-1]]) ** 2).sum(axis=1))
     return np.array(rows)
+
+
+def _sketch_or_error(path: Path) -> _Sketch | DnnvssError:
+    try:
+        return _sketch(path)
+    except DnnvssError as error:
+        return error
 
 
 def _sketch(path: Path) -> _Sketch:
