@@ -94,9 +94,14 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
     Landmarks are the tracked ones where the corpus's cache holds the codes of the run's appearance model.
 
     Raises:
-        DnnvssError: runs of other sentences, another appearance model or another rate; or no such corpus.
+        DnnvssError: runs of other sentences, another appearance model or another rate; no such corpus; or more leading
+            coefficients than there are.
     """
     lead = runs[0]
+    size = next(iter(lead.arrays["reference"].values())).shape[1]
+    if not 1 <= first <= size:
+        raise DnnvssError(f"averages over the first {first} coefficients were asked for, and there are {size}",
+                          file=lead.folder, remedy=f"Give --first 1 to {size}")
     for run in runs[1:]:
         own, references = run.arrays["reference"], lead.arrays["reference"]
         same = run.clock == lead.clock and own.keys() == references.keys() and all(

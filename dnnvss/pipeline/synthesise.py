@@ -1,6 +1,7 @@
 """From text, a voice or an alignment to a rendered talking face."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -60,7 +61,7 @@ def synthesise(config: DictConfig) -> None:
     voice = read_voice(run)
     request = read_request(config, run)
     plan = make_plan(config, run, voice)
-    alignment, replaced = replace_unseen(plan.alignment, voice["phones"])
+    alignment, replaced = replace_unseen(plan.alignment, voice["phones"], voice.get("pauses", SILENCES))
     for phone, other in replaced.items():
         print(f"the talker never spoke {phone}: {other} stands in for it")
     example = run.example(Utterance("synthesis", plan.text, alignment))
@@ -216,12 +217,17 @@ def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Se
     return Plan(plan.text, alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})
 
 
-def replace_unseen(alignment: Alignment, known: list[str]) -> tuple[Alignment, dict[str, str]]:
-    """Return the alignment in phones that the talker spoke, and which phone stands in for which."""
+def replace_unseen(alignment: Alignment, known: list[str],
+                   pauses: Sequence[str] = SILENCES) -> tuple[Alignment, dict[str, str]]:
+    """Return the alignment in phones that the talker spoke, and which phone stands in for which.
+
+    A kind of pause that the talker never made becomes one that was made, silently: it looks the same.
+    """
     tier = alignment["phones"]
     unseen = sorted(set(tier.labels) - set(known) - set(SILENCES))
     replaced = {phone: nearest(phone, known)[0][0] for phone in unseen}
-    return alignment.with_tier(tier.renamed(replaced.get(p, p) for p in tier.labels)), replaced
+    paused = {p: pauses[0] for p in SILENCES if pauses and p not in pauses}
+    return alignment.with_tier(tier.renamed(replaced.get(p, paused.get(p, p)) for p in tier.labels)), replaced
 
 
 def generate(config: DictConfig, run: Run, example: Example, plan: Plan) -> np.ndarray:

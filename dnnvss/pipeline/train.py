@@ -107,9 +107,10 @@ def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: Dic
         shutil.copyfile(encoded.folder / "aam.npz", temporary)
     choose_neutral(corpus, encoded).save(folder / "face.npz")
     DurationModel.fit(train).save(folder / "durations.npz")
-    spoken = sorted({p for u in train for p in u.alignment["phones"].labels} - set(SILENCES))
-    voice = {"phones": spoken, "variant": corpus.info.variant, "rate": corpus.info.rate, "credit": corpus.info.credit,
-             "triphones": spoken_triphones(u.alignment for u in train)}
+    heard = {p for u in train for p in u.alignment["phones"].labels}
+    spoken, pauses = sorted(heard - set(SILENCES)), sorted(heard & set(SILENCES))
+    voice = {"phones": spoken, "pauses": pauses, "variant": corpus.info.variant, "rate": corpus.info.rate,
+             "credit": corpus.info.credit, "triphones": spoken_triphones(u.alignment for u in train)}
     files.write_json(folder / "voice.json", voice)
 
 

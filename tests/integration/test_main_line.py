@@ -328,6 +328,9 @@ def test_unseen_phone_gets_its_neighbour() -> None:
     tier = Tier("phones", [(0, 0.1, "sil"), (0.1, 0.2, "ZH"), (0.2, 0.3, "AA")])
     alignment, replaced = replace_unseen(Alignment([tier]), ["SH", "AA", "M"])
     assert alignment["phones"].labels == ("sil", "SH", "AA") and replaced == {"ZH": "SH"}
+    paused = Alignment([Tier("phones", [(0, 0.1, "sil"), (0.1, 0.2, "AA"), (0.2, 0.3, "sp"), (0.3, 0.4, "M")])])
+    assert replace_unseen(paused, ["AA", "M"], ["sil"])[0]["phones"].labels == ("sil", "AA", "sil", "M")
+    assert replace_unseen(paused, ["AA", "M"])[0] == paused
 
 
 def test_commands_print_one_line_for_a_mistake(home: Path, tmp_path: Path) -> None:
