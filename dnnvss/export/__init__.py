@@ -1,1 +1,1 @@
-"""Networks for other programs: ONNX and torch.export, with everything that their numbers mean inside the file."""
+"""Networks for other programs (ONNX, torch.export), with all that their numbers mean inside the file; and curves."""

@@ -15,6 +15,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.models import Example
 from dnnvss.phones import SILENCES, nearest
+from dnnvss.pipeline.checks import beside, check_request
 from dnnvss.pipeline.folder import Run, newest
 from dnnvss.pipeline.risks import find_risks, summary, word_risks
 from dnnvss.pipeline.style import functionals, make_style
@@ -54,7 +55,7 @@ def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
     from dnnvss.pipeline.pictures import open_stage, read_request
 
-    _check(config)
+    check_request(config)
     folder = Path(config.run) if config.run else newest(Path(config.runs))
     print(f"run: {folder}")
     run = Run.open(folder)
@@ -86,7 +87,7 @@ def synthesise(config: DictConfig) -> None:
              **stage.notes}
     if config.export_curves:
         frames = resample(trajectory, run.task.clock, stage.clock)
-        exported.append(_export_curves(Path(config.export_curves), run, frames, stage.clock))
+        exported.append(_export_curves(config, run, frames, stage.clock))
     written = write_outputs(stage, Path(config.out), trajectory, plan, notes) + exported
     print("wrote " + ", ".join(str(p) for p in written))
 
@@ -269,70 +270,12 @@ def _export_keys(config: DictConfig, run: Run, trajectory: np.ndarray, plan: Pla
     return write_keys(config.export_keys, keys)
 
 
-def _export_curves(path: Path, run: Run, frames: np.ndarray, clock: FrameClock) -> Path:
-    """Write a line a picture: its number, the seconds at which it is shown, the lips' measures and the coefficients.
+def _export_curves(config: DictConfig, run: Run, frames: np.ndarray, clock: FrameClock) -> Path:
+    """Write the lips' measures and the coefficients of pictures whose parameters are ``frames`` (F, D)."""
+    from dnnvss.export.curves import write_curves
 
-    Args:
-        path: ``.csv``.
-        run: whose talker is measured.
-        frames: parameters (F, D), one row a picture.
-        clock: of the pictures.
-    """
-    curves = {name: measure(curve, frames) for name, curve in functionals(run.face, run.generator.talker).items()}
-    head = ",".join(["frame", "seconds", *curves])
-    rows = (f"{i},{clock.seconds(i):.6f}," + ",".join(f"{curve[i]:.6g}" for curve in curves.values())
-            for i in range(len(frames)))
-    return files.write_text(path, "\n".join([head, *rows, ""]))
-
-
-_INPUTS = ("wav", "alignment", "import_keys", "overrides")
-_OUTPUTS = ("export_curves", "export_keys", "export_alignment")
-_NUMBERS = ("speed", "scale", "lead_in", "lead_out", "anticipation")
-
-
-def _check(config: DictConfig) -> None:
-    """Refuse settings before any work is done: numbers that are none, files that are missing, names that collide.
-
-    Raises:
-        DnnvssError: the first of them.
-    """
-    for setting in _NUMBERS:
-        if isinstance(config[setting], bool | str) or config[setting] is None:
-            raise DnnvssError(f"{setting}={config[setting]} is no number", remedy=f"Give a number: {setting}=1")
-    for setting in ("key_names", "key_positions"):
-        if isinstance(config[setting], str | float | int):
-            raise DnnvssError(f"{setting}={config[setting]} is no list", remedy=f"Write {setting}=[{config[setting]}]")
-    if any(not 0 <= float(position) <= 1 for position in config.key_positions):
-        raise DnnvssError(f"key_positions={list(config.key_positions)}", remedy="Give shares of a phone, 0 to 1")
-    for setting in _INPUTS:
-        if config[setting] and not Path(config[setting]).is_file():
-            what = "is a folder" if Path(config[setting]).is_dir() else "no such file"
-            raise DnnvssError(what, file=config[setting], remedy=f"Check the path given as {setting}=")
-    _check_names(config)
-    out = Path(config.out)
-    written = [out, *(out.with_suffix(s) for s in (".npz", ".TextGrid", ".png", ".json")),
-               *(Path(config[s]) for s in _OUTPUTS if config[s])]
-    if config.wav or config.speech.engine != "none":
-        written.append(out.with_suffix(".wav"))
-    given = [Path(config[s]) for s in _INPUTS if config[s]]
-    if config.into:
-        given += [Path(config.into), Path(config.into).with_suffix(".npz")]
-    places = [path.absolute() for path in written]
-    for path in given:
-        if path.absolute() in places:
-            raise DnnvssError(f"out={out} would overwrite what is read", file=path, remedy="Choose another out=")
-    for place in places:
-        if places.count(place) > 1:
-            raise DnnvssError("two outputs have this name", file=place, remedy="Name one of them otherwise")
-
-
-def _check_names(config: DictConfig) -> None:
-    """Refuse names whose endings promise what is not written."""
-    for setting, ending, other in (("out", ".mp4", "export_curves=FILE.csv writes numbers"),
-                                   ("export_curves", ".csv", "the trajectory's .npz is written beside the video")):
-        name = config[setting]
-        if name and Path(str(name)).suffix.lower() != ending:
-            raise DnnvssError(f"{setting}={name} does not end in {ending}", remedy=f"Name it so; {other}")
+    known = functionals(run.face, run.generator.talker)
+    return write_curves(Path(config.export_curves), {name: measure(f, frames) for name, f in known.items()}, clock)
 
 
 def write_outputs(stage: "Stage", out: Path, trajectory: np.ndarray, plan: Plan, notes: dict[str, Any]) -> list[Path]:
@@ -345,7 +288,7 @@ def write_outputs(stage: "Stage", out: Path, trajectory: np.ndarray, plan: Plan,
     run = stage.run
     clock = run.task.clock
     columns = np.array(run.face.names)
-    written = [out, *(out.with_suffix(s) for s in (".npz", ".TextGrid", ".png", ".json"))]
+    written = [out, *beside(out)]
     files.write_arrays(written[1], parameters=trajectory.astype(np.float32), rate=float(clock.rate), columns=columns,
                        points=stage.pictures.points_in_image(trajectory).astype(np.float32))
     write_alignment(written[2], plan.alignment)

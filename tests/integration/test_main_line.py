@@ -254,10 +254,12 @@ def test_wrong_styles_and_keys_are_named_before_anything_is_rendered(
 def test_nothing_that_is_read_or_written_is_overwritten(home: Path, tmp_path: Path) -> None:
     recording = tmp_path / "mine.wav"
     recording.write_bytes(b"a recording")
-    for settings in ([f"wav={recording}"], [f"export_keys={tmp_path}/mine.json"], [f"alignment={tmp_path}/mine.wav"]):
+    (tmp_path / "link.wav").symlink_to(recording)
+    for settings in ([f"wav={recording}"], [f"wav={tmp_path}/link.wav"], [f"export_keys={tmp_path}/mine.json"],
+                     [f"alignment={tmp_path}/mine.wav"]):
         with pytest.raises(DnnvssError, match=r"would overwrite what is read|two outputs have this name"):
             synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/mine.mp4", "text=hello", *settings))
-    assert recording.read_bytes() == b"a recording" and len(list(tmp_path.iterdir())) == 1
+    assert recording.read_bytes() == b"a recording" and len(list(tmp_path.iterdir())) == 2
 
 
 def test_overwrite_deletes_runs_alone(home: Path, tmp_path: Path) -> None:
