@@ -10,7 +10,7 @@ from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import read_landmarks
+from dnnvss.formats import read_landmarks, read_marks
 from dnnvss.text.sentence import spoken_words
 
 VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v")
@@ -102,11 +102,11 @@ def _groups(raw: Path, sources: list[Source]) -> tuple[dict[str, tuple[int, int]
     """Return the groups of landmarks and what stored coordinates are divided by."""
     described = raw / "landmarks.json"
     if described.is_file():
-        marks = files.read_json(described, "Write {\"groups\": {NAME: [FIRST, END]}} there")
-        if not isinstance(marks, dict) or not marks.get("groups"):
+        groups, scale = read_marks(described)
+        if not groups:
             raise DnnvssError("describes no groups of landmarks", file=described,
                               remedy="Write {\"groups\": {\"lips_outer\": [48, 60], ...}} there")
-        return {g: (int(a), int(b)) for g, (a, b) in marks["groups"].items()}, float(marks.get("scale", 1.0))
+        return groups, scale
     first = next((s for s in sources if not s.problem), None)
     if first is not None and (count := _count(first)) not in (0, 68):
         raise DnnvssError(f"utterance {first.id} has {count} landmarks a frame, and their groups are not known",

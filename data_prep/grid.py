@@ -10,10 +10,9 @@ from pathlib import Path
 from data_prep.pipeline import Recipe, Source, prepare
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
-from dnnvss import files
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import read_grid_align
+from dnnvss.formats import read_grid_align, read_marks
 
 CREDIT = "GRID corpus: Cooke, Barker, Cunningham, Shao, J. Acoust. Soc. Am. 120(5), 2006"
 
@@ -80,10 +79,10 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
     """
     raw = Path(raw)
     videos = _videos(raw)
-    marks = files.read_json(raw / "landmarks.json", "Give the scale and the groups of the landmarks in landmarks.json")
-    info = CorpusInfo(name, (0, 0), "25", {g: (a, b) for g, (a, b) in marks["groups"].items()}, variant, CREDIT)
+    groups, scale = read_marks(raw / "landmarks.json")
+    info = CorpusInfo(name, (0, 0), "25", groups, variant, CREDIT)
     recipe = Recipe(info, read_splits(raw / "splits"), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
-                    scale=float(marks["scale"]), lexicon=LEXICON | dict(lexicon or {}), slack=word_slack,
+                    scale=scale, lexicon=LEXICON | dict(lexicon or {}), slack=word_slack,
                     sync=sync)
     delays = SOUND_DELAY | dict(sound_delay or {})
     sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0)) for i, video in sorted(videos.items())]

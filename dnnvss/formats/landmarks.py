@@ -5,6 +5,7 @@ difference is the same for every point of a corpus, so the appearance model does
 """
 
 import csv
+import json
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ LAYOUT_68 = {
 _PTS = "Write the file as: version: 1, n_points: N, {, N lines of X Y, }"
 _SEQUENCE = "Name the files ID_000001.pts and so on, one a frame"
 _CSV = "Give the CSV that OpenFace's FeatureExtraction writes, with columns frame, success, x_0 ... y_67"
+_MARKS = 'Write {"groups": {"lips_outer": [48, 60], ...}, "scale": 1} there'
 _NPZ = "Save an array points (frames, points, 2) in pixels and, where known, valid (frames,)"
 
 
@@ -174,6 +176,25 @@ def write_openface(path: str | Path, landmarks: Landmarks, rate: float = 25.0) -
         values = ", ".join(f"{v:.6f}" for v in np.nan_to_num(shape.T.ravel().astype(float)))
         lines.append(f"{index + 1}, 0, {index / rate:.4f}, {float(valid):.2f}, {int(valid)}, {values}")
     return files.write_text(path, "\n".join(lines) + "\n")
+
+
+def read_marks(path: str | Path) -> tuple[dict[str, tuple[int, int]], float]:
+    """Return what a ``landmarks.json`` says: the groups (name to half-open range of points) and the scale.
+
+    Both may be absent: no groups, and a scale of 1. Stored coordinates divided by the scale are pixels.
+
+    Raises:
+        DnnvssError: unreadable, of another shape, or a scale that is not above 0.
+    """
+
+    def marks(p: Path) -> tuple[dict[str, tuple[int, int]], float]:
+        value = json.loads(p.read_text("utf-8"))
+        return {g: (int(a), int(b)) for g, (a, b) in value.get("groups", {}).items()}, float(value.get("scale", 1.0))
+
+    groups, scale = files.read(path, marks, _MARKS)
+    if not 0 < scale < np.inf:
+        raise DnnvssError(f"scale is {scale}", file=path, remedy="Give what the points are divided by, 1 for pixels")
+    return groups, scale
 
 
 def read_npz(path: str | Path, scale: float = 1.0) -> Landmarks:

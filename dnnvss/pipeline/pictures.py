@@ -1,19 +1,18 @@
 """What synthesis draws: the face in its neutral frame or in footage, and the views that are put side by side."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from omegaconf import DictConfig
 
-from dnnvss import files
 from dnnvss.aam import ActiveAppearanceModel, encode_clip
 from dnnvss.aam.coding import UnusableClipError
-from dnnvss.corpus import Corpus, read_video, video_info
+from dnnvss.corpus import Corpus, doctor, read_video, video_info
 from dnnvss.errors import DnnvssError
-from dnnvss.formats.landmarks import read_npz
+from dnnvss.formats import read_marks, read_npz
 from dnnvss.pipeline.folder import Run
 from dnnvss.render import Footage, Neutral, Renderer, Revoicer, walk
 from dnnvss.render.views import mesh_frames, patch_frames
@@ -133,7 +132,9 @@ def read_footage(run: Run, into: str) -> Footage:
     path = Path(into)
     if path.is_file():
         marks: Path | None = path.with_suffix(".npz")
-        landmarks, rate = read_npz(path.with_suffix(".npz"), _scale(path.parent)), video_info(path).rate
+        described = path.parent / "landmarks.json"
+        scale = read_marks(described)[1] if described.is_file() else 1.0
+        landmarks, rate = read_npz(path.with_suffix(".npz"), scale), video_info(path).rate
         images, points, valid = read_video(path), landmarks.points.astype(float), landmarks.valid
         source: str | Path = path
     else:
@@ -156,22 +157,6 @@ def read_footage(run: Run, into: str) -> Footage:
     return Footage(images, code, rate, str(source))
 
 
-def _scale(folder: Path) -> float:
-    """Return what landmarks stored in a folder are divided by, as ``data_prep`` reads it; 1 unless it says so."""
-    path = folder / "landmarks.json"
-    if not path.is_file():
-        return 1.0
-    remedy = 'Write {"groups": {NAME: [FIRST, END]}, "scale": 1} there'
-
-    def scale(p: Path) -> float:
-        return float(files.read_json(p, remedy).get("scale", 1.0))
-
-    found = float(files.read(path, scale, remedy))
-    if not 0 < found < np.inf:
-        raise DnnvssError(f"scale is {found}", file=path, remedy="Give what the points are divided by, 1 for pixels")
-    return found
-
-
 def _check(face: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, valid: np.ndarray,
            where: dict[str, Any]) -> None:
     """Refuse landmarks (F, L, 2) too few for the face, or outside the pictures (F, H, W_, 3) in most frames."""
@@ -181,7 +166,7 @@ def _check(face: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, 
     points = points[valid][:, face.layout.rows]
     points = points[np.isfinite(points).all(axis=(1, 2))]
     width, height = images.shape[2], images.shape[1]
-    outside = ((points < 0) | (points > (width, height))).any(axis=2).mean(axis=1) > _OUTSIDE
+    outside = doctor.outside(points, (width, height), replace(doctor.LIMITS, outside=_OUTSIDE))
     if len(points) and outside.mean() > 0.5:
         (left, top), (right, bottom) = np.median(points.min(axis=1), axis=0), np.median(points.max(axis=1), axis=0)
         scale = "write what they are to be divided by as scale in landmarks.json beside it"
