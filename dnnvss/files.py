@@ -13,6 +13,16 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 
+_FULL = "Free some space or choose another folder, then run the same command again: it resumes"
+_CLOSED = "Choose another place, or give yourself the right to use this one"
+_REMEDIES = {errno.ENOSPC: _FULL, errno.EDQUOT: _FULL, errno.EACCES: _CLOSED, errno.EPERM: _CLOSED,
+             errno.EROFS: _CLOSED, errno.EISDIR: _CLOSED, errno.ENOTDIR: _CLOSED}
+
+
+def remedy_for(error: OSError) -> str | None:
+    """Return what to do about an error of the system that is no fault of the program, None for any other."""
+    return _REMEDIES.get(error.errno or 0)
+
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
@@ -37,9 +47,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         begun = temporary is not None
         if begun and error.filename is not None and Path(error.filename) not in (temporary, path, path.parent):
             raise  # the trouble is with another file, which the block names better
-        remedy = "Free some space or choose another folder, then run the same command again: it resumes"
-        if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR):
-            remedy = "Choose another place, or make this one writable"
+        remedy = remedy_for(error) or "Choose another place, then run the same command again: it resumes"
         raise DnnvssError(f"cannot be written ({error.strerror or error})", file=path, remedy=remedy) from error
     finally:
         if temporary is not None:

@@ -1,6 +1,5 @@
 """What all commands share: a mistake of the user ends in one clear line, not in a traceback."""
 
-import errno
 import functools
 import re
 import sys
@@ -8,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.pipeline.bundle import is_bundle
 
@@ -18,16 +18,6 @@ _TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys"
           "into",
           "render", "overrides")
 """Settings whose values are text or paths."""
-
-
-_REMEDIES = {
-    errno.ENOSPC: "Free some space, then run the same command again: it resumes",
-    errno.EDQUOT: "Free some space, then run the same command again: it resumes",
-    errno.EACCES: "Give yourself the right to use it, or choose another place",
-    errno.EPERM: "Give yourself the right to use it, or choose another place",
-    errno.EROFS: "Choose another place",
-}
-"""What to do about errors of the system that are no fault of the program."""
 
 
 def command(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -41,10 +31,9 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
             print(f"error: {error}", file=sys.stderr)
             sys.exit(1)
         except OSError as error:
-            if error.errno not in _REMEDIES:
+            if (remedy := files.remedy_for(error)) is None:
                 raise
-            print(f"error: {error.filename or 'the disk'}: {error.strerror}. {_REMEDIES[error.errno]}.",
-                  file=sys.stderr)
+            print(f"error: {error.filename or 'the disk'}: {error.strerror}. {remedy}.", file=sys.stderr)
             sys.exit(1)
         except KeyboardInterrupt:
             print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)

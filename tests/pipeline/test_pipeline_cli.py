@@ -43,7 +43,7 @@ def test_help_says_what_settings_mean(capsys: pytest.CaptureFixture[str]) -> Non
     assert "hydra:" not in said
 
 
-@pytest.mark.parametrize("number, said", [(errno.EACCES, "error: x.mp4: Permission denied. Give yourself"),
+@pytest.mark.parametrize("number, said", [(errno.EACCES, "error: x.mp4: Permission denied. Choose another place"),
                                           (errno.ENOSPC, "error: x.mp4: No space left on device. Free some")])
 def test_trouble_with_files_ends_in_a_line(number: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     @command
