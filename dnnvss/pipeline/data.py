@@ -75,14 +75,14 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
     Raises:
         DnnvssError: a split has no utterance with a measured frame.
     """
-    for name in SPLITS:
-        given = corpus.split(name, variant)
+    splits = {name: corpus.split(name, variant) for name in SPLITS}
+    for name, given in splits.items():
         kept = [u for u in given if u.id not in encoded.dropped]
         if not any(encoded.clip(u.id).valid.any() for u in kept):
             raise DnnvssError(f"the split {name!r} has no measured frame: {len(kept)} utterances, and "
                               f"{len(given) - len(kept)} left out (see above)", file=corpus.root,
                               remedy="Mend or replace these clips, or give the split more of them, and prepare again")
-    return {name: _in(scratch, make_examples(task, corpus.split(name, variant), encoded, visemes)) for name in SPLITS}
+    return {name: _in(scratch, make_examples(task, given, encoded, visemes)) for name, given in splits.items()}
 
 
 def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:

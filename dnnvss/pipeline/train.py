@@ -40,14 +40,7 @@ def train(config: DictConfig) -> float:
                           remedy="Use model=feedforward or model=gaussian, or trainer.refine=0")
     folder = Path(config.run or Path(config.runs) / run_name(config, corpus.fingerprint))
     helper = process_number() > 0
-    if config.overwrite and folder.exists() and not helper:
-        if any(folder.iterdir()) and not (folder / "run.json").is_file():
-            raise DnnvssError("holds something that is not a run, so overwrite=true does not delete it", file=folder,
-                              remedy="Choose another folder")
-        shutil.rmtree(folder)
-    if not config.overwrite:
-        check_settings(folder, config, corpus.fingerprint)
-    if (folder / "metrics.json").is_file() and not (config.overwrite and helper):  # which another is about to delete
+    if _is_finished(folder, config, corpus.fingerprint, helper):
         print(f"{folder} is finished; overwrite=true trains it anew\n")
         print((folder / "metrics.md").read_text(encoding="utf-8"))
         return float(files.read_json(folder / "metrics.json")["headline"])
@@ -88,6 +81,23 @@ def train(config: DictConfig) -> float:
     files.write_json(folder / "metrics.json", {"headline": headline, **numbers})
     print(f"\nwrote {folder}: metrics.md, metrics.json, figures/, predictions/, model.pt")
     return headline
+
+
+def _is_finished(folder: Path, config: DictConfig, fingerprint: str, helper: bool) -> bool:
+    """Return whether the folder holds this run, finished; with ``overwrite`` what it holds is deleted.
+
+    Raises:
+        DnnvssError: it holds another run, or something that is no run and is not deleted.
+    """
+    if not config.overwrite:
+        check_settings(folder, config, fingerprint)
+        return (folder / "metrics.json").is_file()
+    if folder.exists() and not helper:  # the first process deletes it for all
+        if any(folder.iterdir()) and not (folder / "run.json").is_file():
+            raise DnnvssError("holds something that is not a run, so overwrite=true does not delete it", file=folder,
+                              remedy="Choose another folder")
+        shutil.rmtree(folder)
+    return False
 
 
 def encode_with_aam(corpus: Corpus, config: DictConfig) -> EncodedCorpus:

@@ -139,14 +139,7 @@ def run_fit(network: nn.Module, train: FrameBatches, val: FrameBatches, settings
     train.place = val.place = lambda: (trainer.global_rank, trainer.world_size)
     if trainer.strategy.root_device.type == "cuda":
         train.to(trainer.strategy.root_device), val.to(trainer.strategy.root_device)
-    start = resume_point(checkpoints)
-    ended = False
-    if start is not None:
-        kept = load_checkpoint(start)
-        ended = _stopped(kept, stop)
-        if not ended and kept["epoch"] + 1 < epochs:
-            print(f"goes on after epoch {kept['epoch']} ({start})")
-        del kept
+    start, ended = resume_point(checkpoints, stop)
     with warnings.catch_warnings():
         for message in _LIGHTNING_CHATTER:
             warnings.filterwarnings("ignore", message=message)
@@ -165,8 +158,10 @@ def _stopped(checkpoint: dict[str, Any], stop: EarlyStopping) -> bool:
     return checkpoint.get("callbacks", {}).get(stop.state_key, {}).get("wait_count", 0) >= max(stop.patience, 1)
 
 
-def resume_point(checkpoints: Path) -> Path | None:
-    """Return the checkpoint from which a fit goes on: the last one, or an earlier one where the last is damaged.
+def resume_point(checkpoints: Path, stop: EarlyStopping) -> tuple[Path | None, bool]:
+    """Return the checkpoint from which a fit goes on, and whether it had been stopped early there.
+
+    The last one, or an earlier one where the last is damaged; None where the fit begins.
 
     A fit depends on its seed and its epoch alone, so that it ends with the same weights from either.
 
@@ -180,13 +175,15 @@ def resume_point(checkpoints: Path) -> Path | None:
     problem: DnnvssError | None = None
     for path in found:
         try:
-            epoch = load_checkpoint(path).get("epoch")
+            kept = load_checkpoint(path)
         except DnnvssError as error:
             problem = problem or error
             continue
         if problem is not None:
-            print(f"{problem.file} is damaged: the fit goes on from {path.name} (epoch {epoch})")
-        return path
+            print(f"{problem.file} is damaged: the fit goes on from {path.name} (epoch {kept.get('epoch')})")
+        else:
+            print(f"{path}: epoch {kept.get('epoch')} was the last")
+        return path, _stopped(kept, stop)
     if problem is not None:
         raise problem
-    return None
+    return None, False

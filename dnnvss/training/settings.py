@@ -98,10 +98,10 @@ class FitSettings:
         for name in ("momentum", "weight_decay", "warmup", "patience", "average", "refine", "figure_every"):
             if getattr(self, name) < 0:
                 raise DnnvssError(f"trainer.{name}={getattr(self, name)} is negative", remedy="Give 0 or more")
-        for name, most in (("share", 1), ("warmup", 1), ("average", 1), ("momentum", 1)):
-            if (value := getattr(self, name)) > most or (value == 1 and name in ("average", "momentum")):
-                raise DnnvssError(f"trainer.{name}={value} is too much",
-                                  remedy="Give 1 at most" if name in ("share", "warmup") else "Give less than 1")
+        for name, remedy in (("share", "Give 1 at most"), ("warmup", "Give 1 at most"), ("average", "Give less than 1"),
+                             ("momentum", "Give less than 1")):
+            if (value := getattr(self, name)) > 1 or (value == 1 and remedy == "Give less than 1"):
+                raise DnnvssError(f"trainer.{name}={value} is too much", remedy=remedy)
         object.__setattr__(self, "stream_weights", tuple(self.stream_weights))
 
     def diverged(self, where: str, value: float) -> DnnvssError:
