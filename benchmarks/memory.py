@@ -111,7 +111,7 @@ def whole_fit(folder: Path, frames: int) -> None:
     examples = [Example(f"u{i}", silent, FrameCodes(c.table, c.arrays, c.rate),
                         targets[i * UTTERANCE : (i + 1) * UTTERANCE], np.ones(UTTERANCE, bool))
                 for i, c in enumerate(codes)]
-    before, peak, done = resident()["own"], [0.0], threading.Event()
+    before, peak, done, start = resident()["own"], [0.0], threading.Event(), time.perf_counter()
 
     def watch() -> None:
         while not done.wait(0.1):
@@ -123,7 +123,8 @@ def whole_fit(folder: Path, frames: int) -> None:
     NetworkModel(table, FrameClock(100), FeedForward, settings).fit(examples[10:], examples[:10], folder)
     done.set()
     watcher.join()
-    print(f"a whole fit on {len(examples)} utterances: {max(peak):.0f} MB at its peak, {before:.0f} MB before it")
+    print(f"a whole fit on {len(examples)} utterances: {max(peak):.0f} MB at its peak, {before:.0f} MB before it, "
+          f"{time.perf_counter() - start:.0f} s")
 
 
 def main() -> None:

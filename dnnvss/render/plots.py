@@ -18,7 +18,7 @@ _COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
 
 
 _WIDEST = 120.0
-"""Inches: about 530 phones; viewers refuse pictures that are much wider than the 18,000 pixels of this."""
+"""Inches, 18,000 pixels: beyond some 530 phones their labels crowd instead of the picture growing."""
 
 
 def plot_trajectories(

@@ -75,7 +75,6 @@ def test_a_run_that_fails_does_not_end_the_sweep(home: Path, tmp_path: Path) -> 
     assert "1 run(s) of the sweep failed" in done.stderr and "[8,-1]" in done.stderr
     newest = max((home / "runs").glob("table4-demo*/sizes.json"), key=lambda p: p.stat().st_mtime_ns)
     assert len(files.read_json(newest)) == 2
-    assert newest.parent.name == "table4-demo-2" or not (home / "runs" / "table4-demo-2").exists()
     assert not list(tmp_path.glob(".sweep-*"))
 
 

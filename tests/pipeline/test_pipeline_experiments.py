@@ -41,7 +41,8 @@ def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
         for values in product(*swept.values()):
             chosen = [f"{key}={value}" for key, value in zip(swept, values, strict=True)]
             config = compose("train", [f"experiment={name}", *chosen])
-            make_model(config, make_task(config))
+            task = make_task(config)
+            assert make_model(config, task).table is task.table
 
 
 @pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
