@@ -15,7 +15,7 @@ from dnnvss.errors import DnnvssError
 
 _FULL = "Free some space or choose another folder, then run the same command again: it resumes"
 _CLOSED = "Choose another place, or give yourself the right to use this one"
-_REMEDIES = {errno.ENOSPC: _FULL, errno.EDQUOT: _FULL, errno.EACCES: _CLOSED, errno.EPERM: _CLOSED,
+_REMEDIES = {errno.ENOSPC: _FULL, errno.EDQUOT: _FULL, errno.EFBIG: _FULL, errno.EACCES: _CLOSED, errno.EPERM: _CLOSED,
              errno.EROFS: _CLOSED, errno.EISDIR: _CLOSED, errno.ENOTDIR: _CLOSED}
 
 
@@ -47,7 +47,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         begun = temporary is not None
         if begun and error.filename is not None and Path(error.filename) not in (temporary, path, path.parent):
             raise  # the trouble is with another file, which the block names better
-        remedy = remedy_for(error) or "Choose another place, then run the same command again: it resumes"
+        remedy = remedy_for(error) or _FULL
         raise DnnvssError(f"cannot be written ({error.strerror or error})", file=path, remedy=remedy) from error
     finally:
         if temporary is not None:
