@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dnnvss.pipeline.cli import bundle_settings, command, helped, quoted
+from dnnvss.commands.entry import bundle_settings, command, helped, quoted
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -14,7 +14,7 @@ CONF = Path(__file__).parent / "conf"
 
 @command
 def main(config: "DictConfig") -> None:
-    from dnnvss.pipeline.synthesise import synthesise
+    from dnnvss.synthesis.speak import synthesise
 
     synthesise(config)
 

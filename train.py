@@ -6,15 +6,15 @@ from pathlib import Path
 import hydra
 from omegaconf import DictConfig
 
-from dnnvss.pipeline.cli import command, grouped, helped
-from dnnvss.pipeline.sweep import sweepable
+from dnnvss.commands.entry import command, grouped, helped
+from dnnvss.commands.sweep import sweepable
 
 
 @hydra.main(version_base="1.3", config_path="conf", config_name="train")
 @command
 @sweepable
 def main(config: DictConfig) -> float:
-    from dnnvss.pipeline.train import train
+    from dnnvss.commands.train import train
 
     return train(config)
 

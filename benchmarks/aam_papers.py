@@ -15,8 +15,8 @@ from pathlib import Path
 import joblib
 from aam_reconstruction import settings
 
-from dnnvss.aam import encode_corpus
 from dnnvss.corpus import Corpus
+from dnnvss.face.aam import encode_corpus
 
 
 def main() -> None:

@@ -20,9 +20,9 @@ import numpy as np
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from dnnvss.aam import AAMConfig, EncodedCorpus, corpus_clips, encode_corpus
-from dnnvss.aam.coding import measure_clip
 from dnnvss.corpus import Corpus
+from dnnvss.face.aam import AAMConfig, EncodedCorpus, corpus_clips, encode_corpus
+from dnnvss.face.aam.coding import measure_clip
 from dnnvss.render import Renderer, choose_neutral
 
 CONF = Path(__file__).resolve().parents[1] / "conf" / "aam"

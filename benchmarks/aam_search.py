@@ -21,9 +21,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from dnnvss.aam import PointSet, Warp
-from dnnvss.aam.search import SearchModel, SearchSettings, choose_frames, detect, fit_search, search, track
-from dnnvss.corpus import read_video
+from dnnvss.face.aam import PointSet, Warp
+from dnnvss.face.aam.search import track
+from dnnvss.face.aam.search.choose import choose_frames
+from dnnvss.face.aam.search.find import detect, search
+from dnnvss.face.aam.search.fit import fit_search
+from dnnvss.face.aam.search.model import SearchModel, SearchSettings
+from dnnvss.media import read_video
 
 LIPS = slice(0, 20)
 OFF, NEAR = 8.0, 1.0

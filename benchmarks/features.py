@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from synthetic import all_features
 
-from dnnvss.labels import FeatureTable, encode, expand
+from dnnvss.features import FeatureTable, encode, expand
 from dnnvss.phones import SPOKEN
 from dnnvss.text.full_context import write_full_context
 from dnnvss.timing import Alignment, FrameClock, Tier

@@ -14,17 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from dnnvss.aam import EncodedCorpus
+from dnnvss.curves import GlobalVariance, Stream, Windows, mlpg, smoothing_spline, with_global_variance
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import Bench
 from dnnvss.evaluation.metrics import global_variance_ratio
 from dnnvss.evaluation.report import aligned, number
 from dnnvss.evaluation.runs import make_bench, read_run
-from dnnvss.models import Example, Prediction
-from dnnvss.pipeline.folder import Run
+from dnnvss.face.aam import EncodedCorpus
+from dnnvss.runs.run import Run
+from dnnvss.style.generation import Style, Talker, generate
+from dnnvss.systems import Example, Prediction
 from dnnvss.timing import FrameClock
-from dnnvss.trajectory import GlobalVariance, Stream, Windows, mlpg, smoothing_spline, with_global_variance
-from dnnvss.trajectory.generation import Style, Talker, generate
 
 METRICS = ("correlation", "gv_ratio", "landmarks", "closure_recall", "closure_precision", "closure_onset",
            "contact_recall", "silence", "jerk", "high_power")

@@ -39,9 +39,9 @@ from training import (
     random_targets,
 )
 
-from dnnvss.labels import CodeStore, FeatureTable
-from dnnvss.models import feedforward
-from dnnvss.models.stacked import StackedNetworks
+from dnnvss.features import CodeStore, FeatureTable
+from dnnvss.systems import feedforward
+from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.training.batches import Blocks, FrameBatches
 from dnnvss.training.module import FrameRegression
 from dnnvss.training.precision import has_bf16

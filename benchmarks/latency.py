@@ -19,15 +19,16 @@ from pathlib import Path
 
 import numpy as np
 
+from dnnvss.commands.compose import compose
 from dnnvss.corpus import Utterance
-from dnnvss.pipeline.folder import Run
-from dnnvss.pipeline.settings import compose
-from dnnvss.pipeline.style import make_style
-from dnnvss.pipeline.synthesise import read_voice, replace_unseen
+from dnnvss.curves import mlpg, resample
 from dnnvss.render import Neutral, Renderer
+from dnnvss.runs.run import Run
 from dnnvss.speech.durations import DurationModel
+from dnnvss.style import Style, generate
+from dnnvss.style.generator import make_style
+from dnnvss.synthesis.speak import read_voice, replace_unseen
 from dnnvss.text.sentence import parse
-from dnnvss.trajectory import Style, generate, mlpg, resample
 
 CONF = Path(__file__).parents[1] / "conf"
 TEXT = "place red at g nine now, please"

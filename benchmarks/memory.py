@@ -24,12 +24,12 @@ from synthetic import UTTERANCE, all_features, synthetic_store
 from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, random_targets
 
 from dnnvss import files
-from dnnvss.labels import CodeStore
-from dnnvss.labels.codes import FrameCodes
-from dnnvss.models import Example, FeedForward
+from dnnvss.features import CodeStore
+from dnnvss.features.codes import FrameCodes
 from dnnvss.phones import SILENCE
+from dnnvss.systems import Example, FeedForward, NetworkModel
 from dnnvss.timing import Alignment, FrameClock, Tier
-from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training import FitSettings
 from dnnvss.training.batches import FrameBatches
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from dnnvss.trajectory import STATIC_DELTA_DELTA2, mlpg
+from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 
 FRAMES, COLUMNS, BATCH = 300, 30, 64
 

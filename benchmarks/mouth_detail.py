@@ -14,10 +14,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from dnnvss.aam import encode_clip
-from dnnvss.corpus import Corpus, read_video
+from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
-from dnnvss.pipeline.face_figures import find_model
+from dnnvss.evaluation.face_figures import find_model
+from dnnvss.face.aam import encode_clip
+from dnnvss.media import read_video
 from dnnvss.render import Footage, Revoicer
 from dnnvss.render.patch import Patch
 

@@ -24,8 +24,9 @@ import joblib
 import numpy as np
 from aam_reconstruction import settings
 
-from dnnvss.aam import encode_corpus
-from dnnvss.corpus import Corpus, read_video
+from dnnvss.corpus import Corpus
+from dnnvss.face.aam import encode_corpus
+from dnnvss.media import read_video
 from dnnvss.render import Footage, Renderer, Revoicer, choose_neutral, walk
 
 ROUNDS = 7

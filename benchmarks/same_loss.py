@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 from torch import Tensor, nn
 
-from dnnvss.models import Example, FeedForward, feedforward
+from dnnvss.systems import Example, FeedForward, NetworkModel, feedforward
 from dnnvss.timing import FrameClock
-from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.training import FitSettings
 from dnnvss.training.precision import has_bf16
 
 Examples = dict[str, list[Example]]
@@ -36,10 +36,10 @@ def corpus_examples(folder: Path) -> Examples:
     """Return the examples of a prepared corpus, phones and context."""
     from hydra import compose, initialize_config_dir
 
+    from dnnvss.commands.train import encode_with_aam
     from dnnvss.corpus import Corpus
-    from dnnvss.pipeline.data import split_examples
-    from dnnvss.pipeline.folder import make_task
-    from dnnvss.pipeline.train import encode_with_aam
+    from dnnvss.runs.run import make_task
+    from dnnvss.systems.examples import split_examples
 
     with initialize_config_dir(str(Path(__file__).parents[1] / "conf"), version_base=None):
         config = compose("train", overrides=["corpus=demo", f"corpus.out={folder}", "labels=ph"])

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from dnnvss.labels import CodeStore, FeatureTable
-from dnnvss.labels.fields import COUNTS, NOWHERE, POSITIONS, fields
+from dnnvss.features import CodeStore, FeatureTable
+from dnnvss.features.fields import COUNTS, NOWHERE, POSITIONS, fields
 from dnnvss.phones import SILENCE, SPOKEN, phone_id
 
 UTTERANCE = 2000

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss.corpus import Utterance
-from dnnvss.pipeline.folder import Run
+from dnnvss.curves import mlpg
+from dnnvss.runs.run import Run
 from dnnvss.timing import Alignment, FrameClock, Tier
-from dnnvss.trajectory import mlpg
 
 REPEATS = 20
 PHONES = ("sil", "P", "L", "EY", "S", "R", "EH", "D", "AE", "T", "JH", "IY", "N", "AY", "N", "N", "AW", "B", "IH", "N",

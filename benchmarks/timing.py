@@ -17,10 +17,10 @@ import numpy as np
 
 from data_prep.stages import FOLDER
 from dnnvss.corpus import Corpus
-from dnnvss.pipeline.folder import Run
-from dnnvss.pipeline.synthesise import model_durations
+from dnnvss.runs.run import Run
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.durations_scores import score_durations
+from dnnvss.synthesis.speak import model_durations
 
 STAGES = {"own voice": "the talker's own voice", "alignment": "the aligner for everybody"}
 

@@ -29,8 +29,8 @@ from synthetic import all_features, synthetic_store
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, Dataset
 
-from dnnvss.labels import CodeStore, FeatureTable, NumericScaler, expand
-from dnnvss.models import FeedForward
+from dnnvss.features import CodeStore, FeatureTable, NumericScaler, expand
+from dnnvss.systems import FeedForward
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import Blocks, FrameBatches
 from dnnvss.training.module import FrameRegression

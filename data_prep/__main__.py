@@ -9,8 +9,8 @@ from typing import Any
 import hydra
 from omegaconf import DictConfig, OmegaConf
 
+from dnnvss.commands.entry import helped
 from dnnvss.errors import DnnvssError
-from dnnvss.pipeline.cli import helped
 
 BUILT_IN = {"demo": "data_prep.demo.prepare_demo"}
 """Importers of corpora whose configuration names none."""

@@ -11,9 +11,9 @@ from tqdm import tqdm
 
 from data_prep.align import lateness
 from data_prep.stages import FOLDER, Workshop, fingerprint
-from dnnvss.corpus import read_audio
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import spanning
+from dnnvss.media import read_audio
 from dnnvss.phones import SHORT_PAUSE, SILENCE, SILENCES
 from dnnvss.speech.align_adapt import Voice, first_states, learn, segment
 from dnnvss.speech.align_features import HOP, RATE, cepstra

@@ -5,9 +5,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dnnvss.corpus import read_audio
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning
+from dnnvss.media import read_audio
 from dnnvss.speech.align import UnfitError, align
 from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_words import words_over

@@ -13,9 +13,10 @@ from data_prep.report import Outcome, write_report
 from data_prep.splits import draw
 from data_prep.stages import FOLDER, Workshop
 from dnnvss import files
-from dnnvss.corpus import Corpus, CorpusInfo, Utterance, write_wav
+from dnnvss.corpus import Corpus, CorpusInfo, Utterance
 from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, SHEET, Take, film, perform_take, script, unseen_splits
 from dnnvss.errors import DnnvssError
+from dnnvss.media import write_wav
 
 VERSION = 2
 """Raised with every change of how the talker looks, moves or speaks, so that an old corpus is made anew."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from dnnvss import files
-from dnnvss.corpus import doctor
+from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import Landmarks, read_landmarks, read_npz, read_pts_sequence
 
@@ -40,7 +40,7 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     if not found.valid.any():
         raise DnnvssError("no frame has landmarks", file=file, utterance=name, remedy="Track the video again")
     valid = found.points[found.valid]
-    if doctor.outside(valid, size).mean() > 0.5:
+    if checkup.outside(valid, size).mean() > 0.5:
         (left, top), (right, bottom) = valid.min(axis=(0, 1)), valid.max(axis=(0, 1))
         raise DnnvssError(f"landmarks reach over x {left:.0f} to {right:.0f} and y {top:.0f} to {bottom:.0f}, the "
                           f"video is {size[0]} x {size[1]} pixels", file=file, utterance=name,
@@ -70,6 +70,6 @@ def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:
     """
     arrays = files.read_arrays(marks, "Prepare the corpus again")
     valid = arrays["valid"] & (np.frombuffer(bad.encode(), np.uint8) == ord("0"))
-    path = files.write_arrays(out / "landmarks" / f"{name}.npz", points=doctor.interpolated(arrays["points"], valid),
+    path = files.write_arrays(out / "landmarks" / f"{name}.npz", points=checkup.interpolated(arrays["points"], valid),
                               valid=valid)
     return {"landmarks": str(path.relative_to(out)), "valid": "".join("01"[int(v)] for v in valid)}

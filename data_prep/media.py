@@ -9,8 +9,9 @@ import av
 import numpy as np
 
 from dnnvss import files
-from dnnvss.corpus import doctor, read_audio, video_info, write_wav
+from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
+from dnnvss.media import read_audio, video_info, write_wav
 
 RATE = 16000
 """Samples a second of the sound in a prepared corpus."""
@@ -74,7 +75,7 @@ def _pictures(video: Path, rate: Fraction) -> np.ndarray:
             if abs(late) > LATE:
                 raise DnnvssError(f"frame {index} comes {late:.1f} frames late at {float(rate):g} a second", file=video,
                                   remedy="Convert it to a constant rate: ffmpeg -i FILE -r 25 OUT.mp4")
-            small.append(doctor.thumbnails(frame.to_ndarray(format="rgb24")[None])[0])
+            small.append(checkup.thumbnails(frame.to_ndarray(format="rgb24")[None])[0])
     if not small:
         raise DnnvssError("holds no frame", file=video, remedy=_REMEDY)
     return np.stack(small)

@@ -19,7 +19,7 @@ from data_prep.splits import completed, lacking
 from data_prep.stages import FOLDER, Workshop
 from data_prep.sync import FEWEST, find_sync, in_step
 from dnnvss import files
-from dnnvss.corpus import Corpus, CorpusInfo, Utterance, doctor
+from dnnvss.corpus import Corpus, CorpusInfo, Utterance, checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
 from dnnvss.text.lexicon import pronunciations
@@ -87,7 +87,7 @@ class Recipe:
     far: float = 0.25
     sync: bool = False
     adapt: bool = True
-    limits: doctor.Limits = field(default_factory=doctor.Limits)
+    limits: checkup.Limits = field(default_factory=checkup.Limits)
     speech_valid: float = 0.9
 
 
@@ -192,11 +192,11 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
     marks = {n: files.read_arrays(stages / "landmarks" / f"{n}.npz") for n in names}
     if not names:
         _nothing_left(run)
-    broken = doctor.broken_pictures(clips, limits)
-    jumps = {n: mask & ~broken[n] for n, mask in doctor.jumps(clips, limits).items()}
-    outside = {n: marks[n]["valid"] & doctor.outside(marks[n]["points"], made[n]["size"], limits) for n in names}
+    broken = checkup.broken_pictures(clips, limits)
+    jumps = {n: mask & ~broken[n] for n, mask in checkup.jumps(clips, limits).items()}
+    outside = {n: marks[n]["valid"] & checkup.outside(marks[n]["points"], made[n]["size"], limits) for n in names}
     valid = {n: marks[n]["valid"] & ~broken[n] & ~outside[n] for n in names}
-    ghosts = doctor.ghosts({n: marks[n]["points"] for n in names}, valid, limits)
+    ghosts = checkup.ghosts({n: marks[n]["points"] for n in names}, valid, limits)
     for name in names:
         for what, mask in (("broken pictures", broken[name]), ("landmarks not found", ~marks[name]["valid"]),
                            ("landmarks outside the picture", outside[name]),
@@ -207,7 +207,7 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
             run.outcomes[name].notes.append(f"the picture jumps at frame {_ranges(jumps[name])}; damaged before?")
             if ghosts[name].sum() >= DAMAGED:
                 run.drop(name, "pictures damaged for long: they jump, and the landmarks leave the face")
-    for name, distance in doctor.off_colour(clips, limits).items():
+    for name, distance in checkup.off_colour(clips, limits).items():
         run.outcomes[name].notes.append(f"off colour throughout ({distance:.0f} robust sd from the corpus)")
     return {n: broken[n] | outside[n] | ghosts[n] for n in names}
 
@@ -235,7 +235,7 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
     for name in names:
         marks = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{name}.npz")
         if (good := marks["valid"] & ~bad[name]).any():
-            seen[name] = doctor.interpolated(marks["points"], good), good
+            seen[name] = checkup.interpolated(marks["points"], good), good
     sounds = {name: made[name]["sound"] for name in seen}
     rate = float(Fraction(made[names[0]]["rate"]))
     found = find_sync(run.shop, sounds, seen, run.recipe.info.landmark_groups, rate)

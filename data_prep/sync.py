@@ -20,9 +20,9 @@ from tqdm import tqdm
 from data_prep.media import RATE, laid
 from data_prep.stages import FOLDER, Workshop, fingerprint
 from dnnvss import files
-from dnnvss.aam.pose import fit_pose, mean_shape, to_reference
-from dnnvss.corpus import read_audio, write_wav
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.pose import fit_pose, mean_shape, to_reference
+from dnnvss.media import read_audio, write_wav
 from dnnvss.speech.align_features import HOP, cepstra
 
 REACH = 0.16

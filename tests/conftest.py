@@ -8,11 +8,11 @@ import pytest
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-from dnnvss.labels import FeatureTable, encode
-from dnnvss.models import Example
+from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives
+from dnnvss.features import FeatureTable, encode
 from dnnvss.phones import SPOKEN, phone_id
+from dnnvss.systems import Example
 from dnnvss.timing import Alignment, FrameClock, Tier
-from dnnvss.trajectory import STATIC_DELTA_DELTA2, derivatives
 
 ROOT = Path(__file__).parents[1]
 TABLE = FeatureTable(("centre_phone", "phone_context", "phone_span"))

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from dnnvss import files
+from dnnvss.curves import resample
 from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions
 from dnnvss.evaluation.measures import Bench, Measure, Sentence
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import Estimate, pooled
 from dnnvss.timing import FrameClock
-from dnnvss.trajectory import resample
 
 _COLOURS = ("#2563a8", "#c2410c", "#15803d", "#7c3aed", "#b45309", "#be185d")
 _TRUTH = "#98a2b3"

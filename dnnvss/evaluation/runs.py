@@ -8,14 +8,14 @@ import numpy as np
 from omegaconf import OmegaConf
 
 from dnnvss import files
-from dnnvss.aam import ActiveAppearanceModel, ClipCode
-from dnnvss.aam.pose import to_reference
 from dnnvss.corpus import Corpus, Utterance
+from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.measures import Bench, Sentence
+from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
+from dnnvss.face.aam.pose import to_reference
+from dnnvss.style.rules import lower_lip, measure
 from dnnvss.timing import FrameClock
-from dnnvss.trajectory import resample
-from dnnvss.trajectory.rules import lower_lip, measure
 
 Arrays = dict[str, np.ndarray]
 _KINDS = ("predicted", "reference", "speech", "valid")

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from dnnvss.curves import Windows
 from dnnvss.errors import DnnvssError
-from dnnvss.labels import FeatureTable
+from dnnvss.features import FeatureTable
 from dnnvss.timing import FrameClock
-from dnnvss.trajectory import Windows
 
 KEY = "dnnvss"
 """The name of the description in the metadata of a file."""

@@ -11,8 +11,8 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import INPUTS, KEY, Description
-from dnnvss.labels import FrameCodes
-from dnnvss.models import Example, Prediction, VisualModel
+from dnnvss.features import FrameCodes
+from dnnvss.systems import Example, Prediction, VisualModel
 
 _CHUNK = 256
 """Frames a pass: the gathered rows of the first layer take 4 x active columns x units bytes a frame."""

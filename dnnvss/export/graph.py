@@ -9,9 +9,8 @@ import torch
 from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
-from dnnvss.labels import FeatureTable
-from dnnvss.models import FeedForward, VisualModel
-from dnnvss.training import BlendedNetworks, NetworkModel
+from dnnvss.features import FeatureTable
+from dnnvss.systems import BlendedNetworks, FeedForward, NetworkModel, VisualModel
 from dnnvss.training.settings import LOG_VARIANCE
 
 
@@ -27,7 +26,7 @@ class Share:
 class FrameStreams(nn.Module):
     """Mean and variance (T, W, D) of each frame, in parameter units, from its codes.
 
-    What :meth:`dnnvss.models.VisualModel.predict` does, in one graph: numeric inputs are normalised, the networks run,
+    What :meth:`dnnvss.systems.VisualModel.predict` does, in one graph: numeric inputs are normalised, the networks run,
     their outputs are scaled and averaged, and their variances are those of the mixture. The first layer is written as
     a gather and a sum, which every runtime knows.
 
@@ -112,5 +111,5 @@ def _shares(model: NetworkModel, weight: float) -> list[Share]:
     for network in networks:
         if not isinstance(network, FeedForward):
             raise DnnvssError(f"a network of type {type(network).__name__} cannot be exported",
-                              remedy="Export a run of dnnvss.models.FeedForward")
+                              remedy="Export a run of dnnvss.systems.FeedForward")
     return [Share(network.cpu(), model.table, weight / len(networks)) for network in networks]

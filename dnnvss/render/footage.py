@@ -7,8 +7,8 @@ from fractions import Fraction
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from dnnvss.aam import ActiveAppearanceModel, ClipCode, reconstruct
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, reconstruct
 from dnnvss.render.painter import Painter
 from dnnvss.render.patch import MARGIN, Patch, bounds
 from dnnvss.render.renderer import check_scale, resized

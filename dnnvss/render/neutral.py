@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 
 from dnnvss import files
-from dnnvss.aam import ActiveAppearanceModel, ClipCode, EncodedCorpus
-from dnnvss.aam.report import speech_frames
-from dnnvss.corpus import Corpus, Utterance, read_video
+from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, EncodedCorpus
+from dnnvss.face.aam.report import speech_frames
+from dnnvss.media import read_video
 
 _FINALISTS = 12
 """Candidates whose pictures are read and compared for sharpness."""
@@ -25,7 +26,7 @@ class Neutral:
     Args:
         image: uint8 RGB (H, W_, 3).
         points: the model's points (P, 2) in its pixels.
-        pose: head pose (4,) of :mod:`dnnvss.aam.pose`.
+        pose: head pose (4,) of :mod:`dnnvss.face.aam.pose`.
         shape_offset, texture_offset: (P, 2) and (N, 3) of its clip.
         source: utterance and frame, e.g. ``"bbaf2n:3"``.
     """

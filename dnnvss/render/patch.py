@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from dnnvss.aam import ActiveAppearanceModel
-from dnnvss.aam.mesh import rim, signed_area
-from dnnvss.aam.model import lip_pairs
-from dnnvss.aam.pose import to_reference
+from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.aam.mesh import rim, signed_area
+from dnnvss.face.aam.model import lip_pairs
+from dnnvss.face.aam.pose import to_reference
 from dnnvss.render.painter import Painter
 
 MARGIN = 4

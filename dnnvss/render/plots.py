@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from dnnvss import files
-from dnnvss.aam import ActiveAppearanceModel
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.render.painter import Painter
 from dnnvss.render.patch import Patch
 from dnnvss.timing import FrameClock, Tier

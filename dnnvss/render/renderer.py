@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from dnnvss.aam import ActiveAppearanceModel
-from dnnvss.aam.pose import to_reference
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.aam.pose import to_reference
 from dnnvss.render.neutral import Neutral
 from dnnvss.render.painter import Painter, Plan
 from dnnvss.render.patch import MARGIN, Patch, bounds

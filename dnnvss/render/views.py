@@ -6,7 +6,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from dnnvss.aam import ActiveAppearanceModel
+from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.render.painter import Painter
 from dnnvss.render.patch import bounds
 from dnnvss.render.renderer import BATCH

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 from torch.utils.data import IterableDataset
 
-from dnnvss.labels import CodeStore, NumericScaler
+from dnnvss.features import CodeStore, NumericScaler
 
 Batch = tuple[Tensor, Tensor, Tensor]
 """Active columns (B, A) int32, normalised numeric inputs (B, N) and normalised targets (B, W x D)."""

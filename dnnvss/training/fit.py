@@ -14,7 +14,7 @@ from torch import nn
 from torch.utils.data import DataLoader
 
 from dnnvss.errors import DnnvssError
-from dnnvss.models import Example, Prediction
+from dnnvss.systems import Example, Prediction
 from dnnvss.training.batches import Blocks, FrameBatches
 from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.devices import process_number

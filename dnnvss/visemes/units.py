@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss.aam import ActiveAppearanceModel
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.visemes.clusters import METHODS, Method, partition
 from dnnvss.visemes.gestures import Gestures, GestureSettings, cut, reference_speed, silence_mask

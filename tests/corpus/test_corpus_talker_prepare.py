@@ -7,9 +7,10 @@ import pytest
 
 from data_prep import demo
 from data_prep.demo import prepare_demo
-from dnnvss.corpus import Corpus, read_audio, read_video, video_info
+from dnnvss.corpus import Corpus
 from dnnvss.corpus.talker import LANDMARK_GROUPS, Articulators, perform_take, render_frame
 from dnnvss.errors import DnnvssError
+from dnnvss.media import read_audio, read_video, video_info
 
 SMALL = {"sentences": 4, "size": 80, "jobs": 1}
 

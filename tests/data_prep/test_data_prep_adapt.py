@@ -5,8 +5,8 @@ import pytest
 
 from data_prep.adapt import hear, heard_at_last, own_voice
 from data_prep.align import heard, sharp
-from dnnvss.corpus.media import write_wav
 from dnnvss.errors import DnnvssError
+from dnnvss.media.reading import write_wav
 from dnnvss.phones import SILENCE, VOWELS
 from dnnvss.speech.align import UnfitError
 from dnnvss.speech.align_features import cepstra

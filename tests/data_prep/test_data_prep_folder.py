@@ -11,10 +11,10 @@ import pytest
 from data_prep.demo import prepare_demo
 from data_prep.folder import _landmarks, prepare_folder
 from dnnvss import files
-from dnnvss.corpus import Corpus, read_audio, read_video
+from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_npz, write_alignment, write_openface, write_pts
-from dnnvss.render import write_video
+from dnnvss.media import read_audio, read_video, write_video
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ from omegaconf import OmegaConf
 from data_prep.__main__ import run
 from data_prep.grid import DIGITS, WORDS, prepare_grid, words_of
 from dnnvss import files
-from dnnvss.corpus import Corpus, read_audio
+from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import write_grid_align
+from dnnvss.media import read_audio, write_video
 from dnnvss.phones import VOWELS
-from dnnvss.render import write_video
 from dnnvss.speech.formant import synthesise
 from dnnvss.text.lexicon import pronunciations
 from dnnvss.timing import Alignment, Tier

@@ -8,9 +8,9 @@ from data_prep.align import given
 from data_prep.media import RATE
 from data_prep.stages import Workshop
 from data_prep.sync import Sync, find_sync, in_step, shrunk
-from dnnvss.corpus import read_audio, write_wav
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import write_alignment
+from dnnvss.media import read_audio, write_wav
 from dnnvss.timing import Alignment, Tier
 
 GROUPS = {"lips_outer": (0, 4), "nose_base": (4, 6), "right_eye": (6, 8)}

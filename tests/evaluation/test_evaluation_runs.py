@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from aam.aam_cases import CONFIG, clip_arrays, corpus
 from browser import CHROMIUM, open_browser
+from face.aam_cases import CONFIG, clip_arrays, corpus
 
 from dnnvss import DnnvssError, files
-from dnnvss.aam import Clip, encode_clip, fit_aam
-from dnnvss.evaluation.__main__ import main
+from dnnvss.commands.compare import main
+from dnnvss.curves import resample
 from dnnvss.evaluation.runs import make_bench, read_run
-from dnnvss.render import write_video
+from dnnvss.face.aam import Clip, encode_clip, fit_aam
+from dnnvss.media import write_video
 from dnnvss.timing import FrameClock
-from dnnvss.trajectory import resample
 
 
 def toys(data):

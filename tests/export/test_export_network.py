@@ -10,16 +10,16 @@ import pytest
 import torch
 from conftest import CLOCK, TABLE
 
+from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import KEY, Description
 from dnnvss.export.exported import ExportedModel
 from dnnvss.export.graph import FrameStreams, frame_streams
 from dnnvss.export.write import write_network
-from dnnvss.labels import FeatureTable, NumericScaler, encode
-from dnnvss.models import Example, FeedForward, PhoneMean, Prediction, VisualModel
+from dnnvss.features import FeatureTable, NumericScaler, encode
+from dnnvss.systems import BlendedNetworks, Example, FeedForward, NetworkModel, PhoneMean, Prediction, VisualModel
 from dnnvss.timing import Tier
-from dnnvss.training import BlendedNetworks, FitSettings, NetworkModel
-from dnnvss.trajectory import STATIC_DELTA_DELTA2
+from dnnvss.training import FitSettings
 
 NUMBERS = ("centre_phone", "phone_context", "phone_span", "phone_frames")
 DIMENSIONS = 3

@@ -16,19 +16,21 @@ from omegaconf import DictConfig, OmegaConf
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
-from dnnvss.corpus import Corpus, Utterance, read_audio, read_video, video_info
+from dnnvss.commands.compare import main as evaluate_runs
+from dnnvss.commands.entry import grouped
+from dnnvss.commands.sweep import CompareRuns, _free, run_folder, what_differs
+from dnnvss.commands.train import train
+from dnnvss.corpus import Corpus, Utterance
+from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.__main__ import main as evaluate_runs
+from dnnvss.evaluation.videos import write_side_by_side
 from dnnvss.formats import read_alignment
-from dnnvss.pipeline.cli import grouped
-from dnnvss.pipeline.folder import Run
-from dnnvss.pipeline.sweep import CompareRuns, _free, run_folder, what_differs
-from dnnvss.pipeline.synthesise import replace_unseen, synthesise
-from dnnvss.pipeline.train import train
-from dnnvss.pipeline.videos import write_side_by_side
+from dnnvss.media import read_audio, read_video, video_info
+from dnnvss.runs.run import Run
+from dnnvss.style import read_keys, write_keys
+from dnnvss.style.rules import BILABIALS, measure, phone_frames
+from dnnvss.synthesis.speak import replace_unseen, synthesise
 from dnnvss.timing import Alignment, FrameClock, Tier
-from dnnvss.trajectory import mlpg, read_keys, write_keys
-from dnnvss.trajectory.rules import BILABIALS, measure, phone_frames
 
 FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
         "model.network.hidden=[32]", "aam.modes=8", "jobs=1", "sample=false"]

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from aam.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, corpus, face, picture
+from face.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, corpus, face, picture
 
-from dnnvss.aam import ActiveAppearanceModel, encode_clip, encode_corpus, fit_aam, triangulate
-from dnnvss.aam import clips as clips_module
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel, encode_clip, encode_corpus, fit_aam, triangulate
+from dnnvss.face.aam import clips as clips_module
 from dnnvss.render import Neutral, Renderer, choose_neutral, plots
 from dnnvss.render import neutral as neutral_module
 from dnnvss.render.painter import Painter

@@ -5,10 +5,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from aam.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, moves, picture
+from face.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, moves, picture
 
-from dnnvss.aam import ActiveAppearanceModel, encode_clip, fit_aam
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel, encode_clip, fit_aam
 from dnnvss.render import Footage, Revoicer, walk
 from dnnvss.render.patch import Patch
 from dnnvss.render.views import draw_mesh, mesh_frames, patch_frames

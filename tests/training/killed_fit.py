@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+import dnnvss.training.network
 import lightning  # noqa: F401  (once, before the forks)
 from conftest import CLOCK, TABLE, make_example
 
 import dnnvss.training.fit
-import dnnvss.training.network
-from dnnvss.models import FeedForward
-from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.systems import FeedForward, NetworkModel
+from dnnvss.training import FitSettings
 from dnnvss.training.module import FrameRegression
 
 SETTINGS = FitSettings(epochs=3, batch_size=32, progress=False, figure_every=0, accelerator="cpu")

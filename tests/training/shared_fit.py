@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from conftest import CLOCK, TABLE, make_example
 
 from dnnvss.errors import DnnvssError
-from dnnvss.models import FeedForward
-from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.systems import FeedForward, NetworkModel
+from dnnvss.training import FitSettings
 from dnnvss.training.batches import Batch, FrameBatches
 from dnnvss.training.devices import process_number
 
@@ -38,7 +38,7 @@ def main(folder: Path, devices: int, spoilt: bool) -> None:
     """Fit and write."""
     import dnnvss.training.network
 
-    dnnvss.training.network.FrameBatches = Noted
+    dnnvss.systems.network.FrameBatches = Noted
     rng = np.random.default_rng(1)
     train, val = ([make_example(f"{name}{i}", rng) for i in range(count)] for name, count in (("train", 4), ("val", 2)))
     if spoilt and process_number() == 1:

@@ -16,8 +16,8 @@ from conftest import CLOCK, TABLE
 from torch import nn
 
 from dnnvss.errors import DnnvssError
-from dnnvss.models import Example, FeedForward
-from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.training import FitSettings
 from dnnvss.training.checkpoints import load_checkpoint
 from dnnvss.training.devices import process_number
 from dnnvss.training.module import FrameRegression

@@ -10,9 +10,9 @@ import torch
 from conftest import CLOCK, TABLE
 
 from dnnvss.errors import DnnvssError
-from dnnvss.models import Example, FeedForward
-from dnnvss.models.code_sum import code_sum
-from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.training import FitSettings
+from dnnvss.training.code_sum import code_sum
 
 pytestmark = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
 SETTINGS = FitSettings(epochs=4, batch_size=16, share=1.0, progress=False, figure_every=0, accelerator="gpu")

@@ -10,11 +10,11 @@ import torch
 from conftest import CLOCK, TABLE
 from torch import nn
 
+from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.errors import DnnvssError
-from dnnvss.models import Example, FeedForward
-from dnnvss.training import FitSettings, NetworkModel
+from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.training import FitSettings
 from dnnvss.training.module import FrameRegression
-from dnnvss.trajectory import STATIC_DELTA_DELTA2, mlpg
 
 SETTINGS = FitSettings(epochs=6, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
                        schedule="constant", refine=3, refine_rate=1e-3)

@@ -9,8 +9,8 @@ from conftest import TABLE
 from torch import nn
 
 from dnnvss.errors import DnnvssError
-from dnnvss.labels import CodeStore, NumericScaler
-from dnnvss.models import Example, FeedForward
+from dnnvss.features import CodeStore, NumericScaler
+from dnnvss.systems import Example, FeedForward
 from dnnvss.training import FitSettings, precision
 from dnnvss.training.allocator import keep_freed_memory
 from dnnvss.training.batches import FrameBatches

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
+from dnnvss.commands.visemes import main, report, viseme_settings
 from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, perform_take, script
 from dnnvss.corpus.talker.geometry import landmark_track
+from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
-from dnnvss.labels import FeatureTable, Settings, encode, expand
-from dnnvss.pipeline.visemes import main, report, viseme_settings
+from dnnvss.features import FeatureTable, Settings, encode, expand
 from dnnvss.timing import Alignment, FrameClock, Tier
-from dnnvss.trajectory import resample
 from dnnvss.visemes import (
     Clip,
     GestureSettings,

@@ -1,6 +1,0 @@
-"""Labels by hand: named schemes of points, starting guesses, folders of labelled frames, other tools' files."""
-
-from dnnvss.aam.labelling.schemes import SCHEMES, Scheme
-from dnnvss.aam.labelling.sheet import Label, Sheet
-
-__all__ = ["SCHEMES", "Label", "Scheme", "Sheet"]

@@ -1,0 +1,102 @@
+"""Frames labelled by hand.
+
+    python -m dnnvss.pipeline.label choose VIDEOS --count 30 --out labels/ [--scheme lips_jaw_nostrils]
+    python -m dnnvss.pipeline.label page labels/                       drag the points in the browser
+    python -m dnnvss.pipeline.label import labels/ --from file.json    LabelMe, COCO keypoints (CVAT), VIA
+    python -m dnnvss.pipeline.label check labels/                      what is unfinished or looks wrong
+"""
+
+import argparse
+from pathlib import Path
+
+from dnnvss.commands.entry import command
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.labelling.doubts import doubts
+from dnnvss.face.aam.labelling.imports import import_into
+from dnnvss.face.aam.labelling.schemes import SCHEMES, find_scheme
+from dnnvss.face.aam.labelling.sheet import Sheet
+
+
+def choose(options: argparse.Namespace) -> None:
+    """Export the frames to label."""
+    from dnnvss.face.aam.labelling.export import export
+
+    scheme = find_scheme(options.scheme)
+    sheet, placed = export(options.folder, options.count, options.out, scheme, options.seed)
+    print(f"{scheme.name}: {scheme.title}")
+    for how, count in placed.items():
+        print(f"{count} guesses placed by: {how}")
+    print(f"wrote {len(sheet.labels)} frames to {options.out}; now: python -m dnnvss.pipeline.label page {options.out}")
+
+
+def page(options: argparse.Namespace) -> None:
+    """Serve the page until Ctrl-C."""
+    from dnnvss.studio.labelling import LabelServer
+
+    sheet = Sheet.open(options.folder)
+    try:
+        server = LabelServer(sheet, options.port)
+    except OSError as error:
+        raise DnnvssError(f"port {options.port} cannot be used ({error.strerror})",
+                          remedy="Give another one, or --port 0 for a free one") from error
+    print(f"{len(sheet.labels)} frames, {len(sheet.done)} finished; open {server.url} (Ctrl-C ends)", flush=True)
+    with server:
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            sheet = server.sheet
+            print(f"\n{len(sheet.done)} of {len(sheet.labels)} frames are finished; all is saved")
+
+
+def take(options: argparse.Namespace) -> None:
+    """Read what another tool wrote."""
+    sheet, names = import_into(Sheet.open(options.folder), options.source)
+    print(f"wrote {len(names)} labels to {options.folder}; {len(sheet.done)} of {len(sheet.labels)} are finished")
+
+
+def check(options: argparse.Namespace) -> None:
+    """Print the doubtful labels; there are none, or the command ends with an error."""
+    sheet = Sheet.open(options.folder)
+    found = doubts(sheet)
+    for doubt in found:
+        print(f"{doubt.image}: {doubt.problem}")
+    if found:
+        raise DnnvssError(f"{len({d.image for d in found})} of {len(sheet.labels)} labels need a look",
+                          file=options.folder, remedy=f"python -m dnnvss.pipeline.label page {options.folder}")
+    print(f"all {len(sheet.labels)} labels are finished, and none looks wrong")
+
+
+@command
+def main(arguments: list[str] | None = None) -> int:
+    """Run one of the commands and return 0."""
+    parser = argparse.ArgumentParser(prog="python -m dnnvss.pipeline.label", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name: str, work: object, text: str) -> argparse.ArgumentParser:
+        added = commands.add_parser(name, help=text, description=text)
+        added.set_defaults(work=work)
+        return added
+
+    chooser = add("choose", choose, "export the frames that are worth labelling, with starting guesses")
+    chooser.add_argument("folder", type=Path, metavar="VIDEOS", help="folder of videos, or one video")
+    chooser.add_argument("--count", type=int, default=30, help="how many frames (30)")
+    chooser.add_argument("--out", type=Path, default=Path("labels"), help="folder to write (labels)")
+    chooser.add_argument("--scheme", default="lips_jaw_nostrils", help=f"points to label: {', '.join(SCHEMES)}")
+    chooser.add_argument("--seed", type=int, default=0, help="another number, other frames (0)")
+    pager = add("page", page, "serve the page on which the points are dragged")
+    pager.add_argument("folder", type=Path)
+    pager.add_argument("--port", type=int, default=8765, help="of 127.0.0.1; 0 takes a free one (8765)")
+    taker = add("import", take, "read the JSON of LabelMe, COCO keypoints (CVAT) or VIA")
+    taker.add_argument("folder", type=Path)
+    taker.add_argument("--from", dest="source", type=Path, required=True, metavar="JSON",
+                       help="file, or folder of files")
+    checker = add("check", check, "list labels that are unfinished or look wrong")
+    checker.add_argument("folder", type=Path)
+    options = parser.parse_args(arguments)
+    options.work(options)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

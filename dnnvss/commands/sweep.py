@@ -1,0 +1,161 @@
+"""Sweeps: a run that fails does not end the others; at the end one table of all, and a sentence by all side by side."""
+
+import functools
+import math
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from hydra.core.hydra_config import HydraConfig
+from hydra.experimental.callback import Callback
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+
+from dnnvss import files
+from dnnvss.corpus import Corpus
+from dnnvss.errors import DnnvssError
+from dnnvss.runs.run import Run, run_name
+
+
+def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig], float]:
+    """Return a job that, as part of a sweep, says what went wrong and returns NaN, so that the others are run."""
+
+    @functools.wraps(function)
+    def wrapped(config: DictConfig) -> float:
+        try:
+            return function(config)
+        except DnnvssError as error:
+            if not HydraConfig.initialized() or HydraConfig.get().mode != RunMode.MULTIRUN:
+                raise
+            print(f"error: {error}\nthe sweep goes on without this run", file=sys.stderr)
+            return math.nan
+
+    return wrapped
+
+
+class Notes(Callback):
+    """A callback of hydra that notes jobs in a hidden folder of the working directory.
+
+    A launcher may run jobs in other processes or on other machines, each with a copy of the callback; the launching
+    process reads what they leave.
+    """
+
+    def __init__(self) -> None:
+        self.notes = Path()
+
+    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Make the folder of notes; copies of the callback take its path with them."""
+        where = Path(OmegaConf.select(config, "hydra.sweep.dir", default=".")).absolute()
+        self.notes = Path(tempfile.mkdtemp(prefix=".sweep-", dir=where))
+
+    def note(self, config: DictConfig, job_return: Any) -> None:
+        """Note what a job was given, and its configuration."""
+        number = OmegaConf.select(config, "hydra.job.num", default=len(list(self.notes.iterdir())))
+        job = {"given": list(job_return.overrides or ()), "config": OmegaConf.to_container(_own(config))}
+        files.write_json(self.notes / f"{number:04d}.json", job)
+
+    def taken(self) -> list[dict[str, Any]]:
+        """Return the notes in the order of the jobs, and delete them."""
+        jobs = [files.read_json(note) for note in sorted(self.notes.glob("*.json"))]
+        shutil.rmtree(self.notes)
+        return jobs
+
+
+def _ended_well(job_return: Any) -> bool:
+    value = job_return.return_value if job_return.status.name == "COMPLETED" else math.nan
+    return not (isinstance(value, float) and math.isnan(value))
+
+
+class NameFailures(Notes):
+    """Says at the end of a multirun which jobs failed, and lets the command fail. The first of the callbacks: it ends
+    the process after the others have done their work."""
+
+    def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
+        """Note a job that failed."""
+        if self.notes != Path() and not _ended_well(job_return):
+            self.note(config, job_return)
+
+    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
+        """Name the jobs that failed."""
+        if failed := self.taken():
+            names = "; ".join(" ".join(job["given"]) or "the only one" for job in failed)
+            print(f"error: {len(failed)} run(s) of the sweep failed: {names}", file=sys.stderr)
+            sys.exit(1)
+
+
+class CompareRuns(Notes):
+    """A callback of hydra that compares the runs of a multirun when the last one has ended.
+
+    Args:
+        name: of the folder of the comparison, ``<runs>/<name>-<corpus>[-<split>]``.
+        video: whether to render the first test sentence by all systems.
+        sizes: whether to draw a heat map over layers and width.
+    """
+
+    def __init__(self, name: str, video: bool = True, sizes: bool = False) -> None:
+        super().__init__()
+        self.name, self.video, self.sizes = name, video, sizes
+
+    def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
+        """Note a job that ended well, and what it was given."""
+        if _ended_well(job_return):
+            self.note(config, job_return)
+
+    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
+        """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs, and what else is asked for."""
+        jobs = self.taken()
+        if len(jobs) > 1:
+            self._compare([OmegaConf.create(job["config"]) for job in jobs], [tuple(job["given"]) for job in jobs])
+
+    def _compare(self, configs: Sequence[DictConfig], given: Sequence[tuple[str, ...]]) -> None:
+        from dnnvss.commands.compare import compare_runs
+
+        first = configs[0]
+        folders, names = [run_folder(c) for c in configs], what_differs(given)
+        name = "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
+        out = _free(Path(first.runs) / name, [folder.name for folder in folders])
+        print(f"wrote {compare_runs(folders, out, names)}")
+        if self.sizes:
+            from dnnvss.evaluation.sizes import write_sizes
+
+            print("wrote " + ", ".join(map(str, write_sizes(folders, configs, out))))
+        if self.video:
+            from dnnvss.evaluation.videos import write_systems
+
+            corpus = Corpus.open(first.corpus.out)
+            sentence = sorted(u.id for u in corpus.split("test", first.corpus.split))[0]
+            runs = dict(zip(names, map(Run.open, folders), strict=True))
+            print(f"wrote {write_systems(runs, corpus, sentence, out / 'side_by_side.mp4')}")
+
+
+def _free(folder: Path, runs: list[str]) -> Path:
+    """Return the folder of a comparison, with a number behind its name where that holds one of other runs.
+
+    The runs compared are noted in ``sweep.json``.
+    """
+    number, place = 1, folder
+    while (place / "sweep.json").is_file() and files.read_json(place / "sweep.json") != runs:
+        number += 1
+        place = folder.with_name(f"{folder.name}-{number}")
+    files.write_json(place / "sweep.json", runs)
+    return place
+
+
+def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return a name for each job: what it was given and not all were, such as ``model=hsmm``, or its number."""
+    shared = set(given[0]).intersection(*given)
+    names = [" ".join(g for g in own if g not in shared) for own in given]
+    return names if len(set(names)) == len(names) else [str(k + 1) for k in range(len(given))]
+
+
+def run_folder(config: DictConfig) -> Path:
+    """Return the run folder of a job's configuration, hydra's own settings left out."""
+    config = _own(config)
+    return Path(config.run or Path(config.runs) / run_name(config, Corpus.open(config.corpus.out).fingerprint))
+
+
+def _own(config: DictConfig) -> DictConfig:
+    return OmegaConf.masked_copy(config, [str(k) for k in config if k != "hydra"])

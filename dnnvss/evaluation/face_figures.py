@@ -1,0 +1,157 @@
+"""``python -m dnnvss.evaluation.face_figures FOLDER``: what a face model has learnt, and how well it sees its talker.
+
+FOLDER is a run, or an encoding of a corpus (``data/NAME/aam/KEY``). Writes into FOLDER/face, or where --out says:
+
+- ``modes.png``: the first modes at -2, 0 and +2 standard deviations (Theobald et al. 2007, Figures 1 and 2);
+- ``reconstruction.png``: frames of an utterance as recorded, as the model draws them, and the difference;
+- ``residual.png``: what the model leaves out of each frame, over time, with the phones;
+- ``tracked.mp4``: the utterance with the mesh drawn on it.
+"""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from dnnvss.commands.entry import command
+from dnnvss.corpus import Corpus, Utterance
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, encode_clip, reconstruct
+from dnnvss.face.aam.labelling.sheet import write_picture
+from dnnvss.media import read_audio, read_video, write_video
+from dnnvss.render import Footage, Revoicer
+from dnnvss.render.plots import plot_modes, plot_residual
+from dnnvss.render.views import draw_mesh
+
+_ZOOM, _BRIGHTER = 2.0, 4
+_SOUND_RATE = 48000
+_LINE = (255, 255, 255)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """An utterance under a model: its pictures (F, H, W_, 3), landmarks (F, L, 2) and code."""
+
+    utterance: Utterance
+    images: np.ndarray
+    landmarks: np.ndarray
+    code: ClipCode
+
+
+def see(model: ActiveAppearanceModel, corpus: Corpus, name: str) -> Seen:
+    """Return an utterance encoded with a model.
+
+    Raises:
+        DnnvssError: there is no such utterance.
+    """
+    if name not in corpus.utterances:
+        raise DnnvssError("is not in the corpus", utterance=name, file=corpus.root / "utterances.jsonl")
+    utterance = corpus.utterances[name]
+    images = read_video(corpus.path(utterance, "video"))
+    landmarks, valid = corpus.landmarks(utterance)
+    code = encode_clip(model, images, landmarks, valid, float(utterance.rate), utterance.id)
+    return Seen(utterance, images, landmarks, code)
+
+
+def draw_reconstruction(path: Path, model: ActiveAppearanceModel, seen: Seen, count: int = 6) -> Path:
+    """Write frames from the closest to the most open mouth: recorded, drawn, and their difference (x 4, about grey)."""
+    valid = np.flatnonzero(seen.code.valid)
+    openness = valid[np.argsort(model.aperture(seen.code.parameters[valid]), kind="stable")]
+    frames = openness[np.linspace(0, len(openness) - 1, min(count, len(openness))).astype(int)]
+    code = seen.code
+    part = ClipCode(code.parameters[frames], code.pose[frames], code.shape_offset, code.texture_offset,
+                    code.valid[frames])
+    footage = Footage(seen.images[frames], part, seen.utterance.rate, seen.utterance.id)
+    drawn = Revoicer(model, footage, np.arange(len(frames)), own_detail=False).frames(part.parameters)
+    box = _box(reconstruct(model, part)[0], seen.images.shape[1:3])
+    columns = []
+    for image, again in zip(footage.images, drawn, strict=True):
+        wrong = np.clip(128 + _BRIGHTER * (again.astype(int) - image), 0, 255).astype(np.uint8)
+        columns.append(np.concatenate([_zoomed(p[box]) for p in (image, again, wrong)]))
+    write_picture(path, np.concatenate(columns, axis=1))
+    return path
+
+
+def residuals(model: ActiveAppearanceModel, seen: Seen) -> dict[str, np.ndarray]:
+    """Return what the model leaves out of each frame (F,): of the points in pixels, of the texture in grey levels."""
+    placed, textures = reconstruct(model, seen.code)
+    own = seen.landmarks[:, model.layout.rows]
+    pixels = np.sqrt(((placed - own) ** 2).sum(axis=-1).mean(axis=-1))
+    read = [model.warp.sample(i, p) for i, p in zip(seen.images, own, strict=True)]
+    grey = [np.sqrt(((a.astype(np.float32) - b) ** 2).mean()) for a, b in zip(read, textures, strict=True)]
+    return {"points, pixels": pixels, "texture, grey levels": np.array(grey)}
+
+
+def write_tracked(path: Path, model: ActiveAppearanceModel, seen: Seen, corpus: Corpus) -> Path:
+    """Write the utterance with the mesh on it, as the landmarks have it; frames without usable ones are left bare."""
+    def frames() -> list[np.ndarray]:
+        pairs = zip(seen.images, seen.landmarks[:, model.layout.rows], seen.code.valid, strict=True)
+        return [_meshed(image, model, points) if good else _large(image) for image, points, good in pairs]
+
+    utterance = seen.utterance
+    sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
+    return write_video(path, frames(), utterance.clock.rate, sound, _SOUND_RATE)
+
+
+def _meshed(image: np.ndarray, model: ActiveAppearanceModel, points: np.ndarray) -> np.ndarray:
+    return draw_mesh(_large(image), model, points * _ZOOM, _LINE)
+
+
+def _large(image: np.ndarray) -> np.ndarray:
+    return cv2.resize(image, None, fx=_ZOOM, fy=_ZOOM, interpolation=cv2.INTER_CUBIC)
+
+
+def _zoomed(image: np.ndarray) -> np.ndarray:
+    return cv2.copyMakeBorder(_large(image), 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(255, 255, 255))
+
+
+def _box(points: np.ndarray, size: tuple[int, int]) -> tuple[slice, slice]:
+    low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    margin = 0.15 * (high - low)
+    left, top = np.maximum(low - margin, 0).astype(int)
+    right, bottom = np.minimum(high + margin, size[::-1]).astype(int)
+    return slice(top, bottom), slice(left, right)
+
+
+def find_model(folder: Path) -> tuple[ActiveAppearanceModel, Path]:
+    """Return the model in a run or an encoding, and the corpus that it is of.
+
+    Raises:
+        DnnvssError: there is none.
+    """
+    model = ActiveAppearanceModel.load(folder / "aam.npz")
+    if (folder / "config.yaml").is_file():
+        from omegaconf import OmegaConf
+
+        return model, Path(OmegaConf.load(folder / "config.yaml").corpus.out)
+    return model, folder.parents[1]
+
+
+@command
+def main(arguments: list[str] | None = None) -> int:
+    """Write the figures and return 0."""
+    parser = argparse.ArgumentParser(prog="python -m dnnvss.evaluation.face_figures", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="a run, or an encoding of a corpus")
+    parser.add_argument("--corpus", type=Path, help="the prepared corpus, where it has moved")
+    parser.add_argument("--utterance", help="whose frames are shown; the first of the validation split unless given")
+    parser.add_argument("--modes", type=int, default=6, help="how many modes (6)")
+    parser.add_argument("--out", type=Path, help="where to write; FOLDER/face unless given")
+    options = parser.parse_args(arguments)
+    model, root = find_model(options.folder)
+    out = options.out or options.folder / "face"
+    corpus = Corpus.open(options.corpus or root)
+    written = [plot_modes(out / "modes.png", model, options.modes)]
+    seen = see(model, corpus, options.utterance or corpus.split("val")[0].id)
+    written += [draw_reconstruction(out / "reconstruction.png", model, seen),
+                plot_residual(out / "residual.png", residuals(model, seen), seen.utterance.clock.rate, seen.code.valid,
+                              seen.utterance.alignment["phones"], seen.utterance.text),
+                write_tracked(out / "tracked.mp4", model, seen, corpus)]
+    print("wrote " + ", ".join(map(str, written)))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

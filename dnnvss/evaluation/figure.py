@@ -1,0 +1,70 @@
+"""``python -m dnnvss.evaluation.figure RUN [RUN ...]``: a coefficient of a test sentence, measured and predicted.
+
+With a run of ``labels=ph_b`` and one of ``labels=ph_c`` this is Figure 1 of Thangthai et al. 2016: without and with the
+phonetic window.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+from omegaconf import OmegaConf
+
+from dnnvss import files
+from dnnvss.corpus import Corpus
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.runs import read_run
+from dnnvss.render.plots import plot_trajectories
+
+
+def draw(folders: list[Path], out: Path, coefficient: int = 5, utterance: str | None = None) -> Path:
+    """Write the plot and return its path.
+
+    Args:
+        folders: finished runs, tested on the same sentences.
+        out: the picture.
+        coefficient: counted from 1.
+        utterance: a test sentence; the first one where None.
+
+    Raises:
+        DnnvssError: a run that is not finished, or a sentence or coefficient that they do not have.
+    """
+    runs = [read_run(folder) for folder in folders]
+    chosen = utterance or next(iter(runs[0].arrays["reference"]))
+    series: dict[str, np.ndarray] = {}
+    for run in runs:
+        if chosen not in run.arrays["predicted"]:
+            raise DnnvssError("is no test sentence of the run", file=run.folder, utterance=chosen,
+                              remedy=f"Choose one such as {next(iter(run.arrays['predicted']))}")
+        reference, predicted = run.arrays["reference"][chosen], run.arrays["predicted"][chosen]
+        if not 1 <= coefficient <= reference.shape[1]:
+            raise DnnvssError(f"there is no coefficient {coefficient}", file=run.folder,
+                              remedy=f"Choose one from 1 to {reference.shape[1]}")
+        series.setdefault("reference", reference[:, coefficient - 1])
+        name = files.read(run.folder / "config.yaml", OmegaConf.load, "Train the run again").labels.name
+        series[name if name not in series else run.folder.name] = predicted[:, coefficient - 1]
+    spoken = Corpus.open(runs[0].corpus).utterances[chosen]
+    title = f"AAM coefficient {coefficient}, {chosen}: {spoken.text}"
+    return plot_trajectories(out, series, runs[0].clock.rate, spoken.alignment["phones"], title)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the plot and return 0, or print an error and return 1."""
+    parser = argparse.ArgumentParser(prog="python -m dnnvss.evaluation.figure", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="folder of a finished run")
+    parser.add_argument("--coefficient", type=int, default=5, help="counted from 1 (5)")
+    parser.add_argument("--utterance", help="a test sentence; the first one unless given")
+    parser.add_argument("--out", type=Path, default=Path("figure1.png"), help="the picture (figure1.png)")
+    options = parser.parse_args(arguments)
+    try:
+        print(f"wrote {draw(options.runs, options.out, options.coefficient, options.utterance)}")
+    except DnnvssError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

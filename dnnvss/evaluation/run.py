@@ -1,0 +1,145 @@
+"""The test split: tables, figures and videos of the model beside the null models, plain and in the run's style."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.corpus import Corpus
+from dnnvss.evaluation import Report, evaluate
+from dnnvss.evaluation.calibration import calibration, plot_calibration
+from dnnvss.evaluation.comparison import Comparison, compare
+from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
+from dnnvss.evaluation.report import aligned, markdown_table, number
+from dnnvss.evaluation.runs import AAMFace
+from dnnvss.evaluation.statistics import pooled
+from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.render.plots import plot_trajectories
+from dnnvss.style import Style
+from dnnvss.style.generator import PLAIN, Generator
+from dnnvss.systems import Example, PhoneMean, TrainingMean
+from dnnvss.systems.examples import Task, speech_frames, word_frames
+from dnnvss.systems.units import SOURCES
+
+LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_aperture", "gv_ratio", "silence",
+              "landmarks", "lag")
+"""Metrics of the second table: what correlation does not see."""
+
+Trajectories = dict[str, np.ndarray]
+
+
+def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
+                 face: ActiveAppearanceModel, styles: Mapping[str, Style],
+                 notes: Sequence[str] = (),
+                 others: Mapping[str, list[Example]] | None = None) -> tuple[Report, dict[str, Any]]:
+    """Return the table of the model and the null models on the test split, and all numbers as plain containers.
+
+    Writes predictions, tables and figures into the run folder. The row ``model`` is plain MLPG; every other style has
+    a row of its own.
+
+    Args:
+        folder: of the run.
+        corpus: what it was trained on.
+        generator: the model and its talker.
+        examples: of each split.
+        face: the run's appearance model.
+        styles: by name, beside plain MLPG.
+        notes: what else the reader of the page has to know; the first goes into its title.
+        others: another source of dynamic visemes (:data:`SOURCES`) to the test examples that have them; plain MLPG.
+    """
+    task, test = generator.task, examples["test"]
+    predicted = {"model": _generated(generator, test, PLAIN),
+                 **{_row(name): _generated(generator, test, style) for name, style in styles.items()}}
+    predicted |= {_row(SOURCES[source]): _generated(generator, own, PLAIN) for source, own in (others or {}).items()}
+    for name, null in (("training mean", TrainingMean), ("phone mean", PhoneMean)):
+        system = null(task.table, task.clock)
+        system.fit(examples["train"], examples["val"], folder)
+        predicted[name] = _generated(Generator(task, system, generator.talker), test, PLAIN)
+    references = {e.id: e.targets[:, 0] for e in test if e.targets is not None}
+    masks = {"speech": {e.id: speech_frames(e.alignment, task.clock) for e in test},
+             "valid": {e.id: e.valid for e in test if e.valid is not None}}
+    outputs = {"predicted": predicted["model"], "reference": references, **masks,
+               **{f"predicted_{name}": predicted[_row(name)] for name in styles},
+               **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others or {}}}
+    for name, arrays in outputs.items():
+        files.write_arrays(folder / "predictions" / f"{name}.npz", **arrays)
+    report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"])
+    title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
+    title = ", ".join([title, *notes[:1]])
+    print(f"\n{title}\n\n{report.table()}")
+    lively = compare(make_bench(task, test, face), {n: p for n, p in predicted.items() if n != "training mean"},
+                     measures=tuple(m for m in MEASURES if m.name in LIVELINESS))
+    head, rows = _lively_rows(lively)
+    print(f"\n{aligned(head, rows)}")
+    about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
+    pages = [title, *notes[1:], report.markdown(), "## Lips, liveliness and stillness", markdown_table(head, rows),
+             about, *_unseen_words(folder, task, examples, predicted, references, masks), corpus.info.credit]
+    files.write_text(folder / "metrics.md", "\n\n".join(pages) + "\n")
+    _figures(folder, task, test[0], {name: p[test[0].id] for name, p in predicted.items()})
+    numbers = {**report.to_json(), "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
+    return report, numbers
+
+
+def make_bench(task: Task, test: list[Example], face: ActiveAppearanceModel) -> Bench:
+    """Return what the harness measures test examples against."""
+    sentences = [Sentence(e.id, e.targets[:, 0].astype(float), e.alignment["phones"],
+                          speech_frames(e.alignment, task.clock), e.valid)
+                 for e in test if e.targets is not None and e.valid is not None]
+    return Bench(tuple(sentences), task.clock, AAMFace(face))
+
+
+def _row(style: str) -> str:
+    return f"model, {style}"
+
+
+def _generated(generator: Generator, examples: list[Example], style: Style) -> Trajectories:
+    return {e.id: generator(e, style) for e in examples}
+
+
+def _lively_rows(lively: Comparison) -> tuple[list[str], list[list[str]]]:
+    rows = [[s, *[number(pooled(lively.pairs[s][m.name])) for m in lively.measures]] for s in lively.pairs]
+    return ["system", *[m.title for m in lively.measures]], rows
+
+
+def _plain(lively: Comparison) -> dict[str, dict[str, float | None]]:
+    values = {s: {m.name: pooled(lively.pairs[s][m.name]) for m in lively.measures} for s in lively.pairs}
+    return {s: {n: None if np.isnan(v) else round(float(v), 6) for n, v in own.items()} for s, own in values.items()}
+
+
+def _unseen_words(folder: Path, task: Task, examples: Mapping[str, list[Example]],
+                  predicted: Mapping[str, Trajectories], references: Trajectories,
+                  masks: Mapping[str, Trajectories]) -> list[str]:
+    """Return the part of the page on words that no training sentence holds; empty where there are none."""
+    known = {w for e in examples["train"] for w in e.alignment["words"].labels}
+    unseen = {e.id: frames for e in examples["test"]
+              if (frames := word_frames(e.alignment, task.clock, known)).sum() > 1}
+    if not unseen:
+        return []
+    chosen = {name: {i: p[i] for i in unseen} for name, p in predicted.items()}
+    inside = evaluate(chosen, {i: references[i] for i in unseen}, speech=unseen,
+                      valid={i: masks["valid"][i] for i in unseen})
+    title = f"Inside words that never occur in training ({len(unseen)} sentences)"
+    files.write_json(folder / "metrics_unseen_words.json", inside.to_json())
+    print(f"\n{title}: correlation " + ", ".join(f"{n} {inside.headline(n):.3f}" for n in chosen))
+    return [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]
+
+
+def _calibration(folder: Path, generator: Generator, test: list[Example]) -> dict[str, Any]:
+    """Return how well the predicted variances fit the test frames; writes the plot."""
+    known = [(e.targets[:, 0], generator.model.predict(e), e.valid) for e in test if e.targets is not None]
+    found = calibration([x for x, _, _ in known], [p.mean[:, 0] for _, p, _ in known],
+                        [np.broadcast_to(p.variance, p.mean.shape)[:, 0] for _, p, _ in known],
+                        [v for _, _, v in known if v is not None])
+    plot_calibration(folder / "figures" / "calibration.png", {"model": found})
+    values = {"error": found.error, "spread": found.spread, "log_density": found.density}
+    return {name: np.round(v, 6).tolist() for name, v in values.items()}
+
+
+def _figures(folder: Path, task: Task, example: Example, predicted: Trajectories) -> None:
+    assert example.targets is not None
+    for d in range(min(5, example.targets.shape[2])):
+        series = {"reference": example.targets[:, 0, d], **{name: p[:, d] for name, p in predicted.items()}}
+        plot_trajectories(folder / "figures" / f"coefficient_{d + 1}.png", series, task.clock.rate,
+                          example.alignment["phones"], f"AAM coefficient {d + 1}, utterance {example.id}")

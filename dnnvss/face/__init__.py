@@ -1,0 +1,1 @@
+"""Kinds of faces, behind one protocol. Knows nothing of text and training."""

@@ -1,0 +1,152 @@
+"""Encoding of whole clips: pose over time, outliers, the clip's mean, and the error of reconstruction."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.clips import Clip, ClipCode
+from dnnvss.face.aam.model import ActiveAppearanceModel
+from dnnvss.face.aam.outliers import shape_distance
+from dnnvss.face.aam.pose import fill_invalid, to_reference
+
+_CHUNK = 64
+"""Frames whose textures are held as floats at a time."""
+
+
+class UnusableClipError(DnnvssError):
+    """No frame of a clip can be used."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was seen of a clip: reference shapes (F, P, 2), textures (F, N, 3) uint8, and its code."""
+
+    shapes: np.ndarray
+    textures: np.ndarray
+    code: ClipCode
+
+
+def encode_clip(
+    model: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, valid: np.ndarray, rate: float,
+    name: str = "clip",
+) -> ClipCode:
+    """Return the code of a clip of pictures (F, H, W_, 3), all their landmarks (F, L, 2) in pixels, and valid (F,).
+
+    Head pose is measured on the stable points and smoothed; frames beyond the model's limits are marked invalid; the
+    clip's mean shape and texture over its valid frames become its offsets (zero where the model keeps clip means).
+    Errors call the clip by its ``name``.
+
+    Raises:
+        UnusableClipError: no frame is usable.
+    """
+    clip = Clip(name, rate, lambda: (points, valid), lambda: images)
+    return measure_clip(model, clip).code
+
+
+def measure_clip(model: ActiveAppearanceModel, clip: Clip) -> Measured:
+    """Return shapes, textures and code of a clip (see :func:`encode_clip`)."""
+    points, valid = clip.read_points(model.layout.needed)
+    images = clip.read_images(len(points))
+    layout, limits = model.layout, model.limits
+    far = {"stable points": valid & (model.reference.residual(points[:, layout.stable]) > limits.stable)}
+    valid = valid & ~far["stable points"]
+    _need(valid, clip.id)
+    shapes, _ = _shapes(model, points, valid, clip.rate)
+    centre = np.median(shapes[valid], axis=0)
+    far["shape"] = valid & (shape_distance(shapes, centre, model.spread) > limits.shape)
+    valid = valid & ~far["shape"]
+    _need(valid, clip.id)
+    shapes, pose = _shapes(model, points, valid, clip.rate)
+    textures = np.stack([model.read_texture(i, p) for i, p in zip(images, points[:, layout.rows], strict=True)])
+    far["texture"] = _far_textures(model, shapes, textures, valid)
+    valid = valid & ~far["texture"]
+    _need(valid, clip.id)
+    outliers = {reason: np.flatnonzero(mask).tolist() for reason, mask in far.items() if mask.any()}
+    return Measured(shapes, textures, _code(model, shapes, textures, pose, valid, outliers))
+
+
+def reconstruct(model: ActiveAppearanceModel, code: ClipCode) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (F, P, 2) in picture pixels and textures (F, N, 3) of a clip, with its offsets and pose."""
+    points, textures = model.decode(code.parameters)
+    return model.place(points + code.shape_offset, code.pose), textures + code.texture_offset
+
+
+def clip_errors(model: ActiveAppearanceModel, measured: Measured) -> np.ndarray:
+    """Return squared errors (2, 2) summed over the clip's valid frames and their number of frames, as (3, 2).
+
+    Rows: with the clip's offsets, without them, count. Columns: mean squared distance of the points in picture pixels,
+    mean squared difference of the texture in grey levels, each summed over frames.
+    """
+    code = measured.code
+    keep = np.flatnonzero(code.valid)
+    scale = np.hypot(code.pose[keep, 0], code.pose[keep, 1])
+    gap = measured.shapes[keep] - model.decode_shape(code.parameters[keep])
+    gaps = [gap - code.shape_offset, gap]
+    pixels = [((g**2).sum(axis=-1).mean(axis=-1) * scale**2).sum() for g in gaps]
+    greys = np.zeros(2)
+    for start in range(0, len(keep), _CHUNK):
+        part = keep[start:start + _CHUNK]
+        without = measured.textures[part] - model.decode_texture(code.parameters[part])
+        greys += [((without - code.texture_offset) ** 2).mean(axis=(1, 2)).sum(), (without**2).mean(axis=(1, 2)).sum()]
+    return np.array([*zip(pixels, greys, strict=True), (len(keep), len(keep))], dtype=np.float64)
+
+
+def _shapes(
+    model: ActiveAppearanceModel, points: np.ndarray, valid: np.ndarray, rate: float
+) -> tuple[np.ndarray, np.ndarray]:
+    pose = model.reference.poses(points[:, model.layout.stable], valid, rate)
+    return to_reference(points[:, model.layout.rows], pose, model.reference.pivot), pose
+
+
+def _far_textures(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, valid: np.ndarray
+) -> np.ndarray:
+    """Return the valid frames (F,) whose texture the model does not know, about the clip's own centre.
+
+    The mean as centre is fast and enough where nothing is far out; but what is far out pulls it, and then the median
+    decides.
+    """
+    for centre in (np.mean, np.median):
+        shape, texture = centre(shapes[valid], axis=0), centre(textures[valid], axis=0).astype(np.float32)
+        far = valid.copy()
+        for part, parameters, centred in _projected(model, shapes - shape, textures, texture):
+            residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
+            distance = np.sqrt((residual**2).mean(axis=(1, 2)))
+            size = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
+            far[part] &= (distance > model.limits.texture) | (size > model.limits.parameters)
+        if not far.any():
+            break
+    return far
+
+
+def _projected(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, centre: np.ndarray
+) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Yield frames, their parameters and their centred textures, a chunk at a time: long clips do not fit as floats."""
+    for start in range(0, len(shapes), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        centred = textures[part] - centre
+        yield part, model.project(shapes[part], centred), centred
+
+
+def _code(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, pose: np.ndarray, valid: np.ndarray,
+    outliers: dict[str, list[int]],
+) -> ClipCode:
+    shape_offset, texture_offset = np.zeros_like(model.mean_shape), np.zeros_like(model.mean_texture)
+    if model.config.clip_means:
+        shape_offset = shapes[valid].mean(axis=0) - model.mean_shape
+        texture_offset = textures[valid].mean(axis=0, dtype=np.float32) - model.mean_texture
+    centre = model.mean_texture + texture_offset
+    projected = _projected(model, shapes - model.mean_shape - shape_offset, textures, centre)
+    parameters = np.concatenate([found for _, found, _ in projected])
+    return ClipCode(fill_invalid(parameters, valid), pose.astype(np.float32), shape_offset.astype(np.float32),
+                    texture_offset.astype(np.float32), valid, outliers)
+
+
+def _need(valid: np.ndarray, utterance: str) -> None:
+    if not valid.any():
+        raise UnusableClipError("no frame has usable landmarks", utterance=utterance,
+                                remedy="Drop the utterance from the corpus, or give landmarks of better quality")

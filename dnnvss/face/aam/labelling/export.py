@@ -1,0 +1,64 @@
+"""Choosing the frames to label, and their starting guesses."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.labelling.guess import find_detector, moving_mouth, place
+from dnnvss.face.aam.labelling.schemes import Scheme
+from dnnvss.face.aam.labelling.sheet import NAME, Label, Sheet, new_sheet, write_picture
+from dnnvss.face.aam.search.choose import Choice, choose_frames
+from dnnvss.formats.landmarks import write_pts
+from dnnvss.media import read_video
+from dnnvss.media.folders import find_videos
+
+
+def export(folder: Path, count: int, out: Path, scheme: Scheme, seed: int = 0) -> tuple[Sheet, dict[str, int]]:
+    """Write pictures, guesses and ``labels.json`` of the frames to label; return the sheet and how guesses were placed.
+
+    Labels that are there already are left as they are; frames are only added, to the sheet as it is on disk by then.
+
+    Raises:
+        DnnvssError: no video, too few frames, or a sheet of another scheme is there already.
+    """
+    root = folder if folder.is_dir() else folder.parent
+    sheet = new_sheet(out, scheme, str(root.resolve()), ())
+    if (out / NAME).is_file():
+        there = Sheet.open(out)
+        if there.groups != scheme.groups:
+            raise DnnvssError(f"holds labels of the scheme {there.scheme!r}", file=out / NAME,
+                              remedy="Choose another folder, or the same scheme")
+        sheet = there
+    placed: dict[str, int] = {}
+    chosen = choose_frames(find_videos(folder), count, seed)
+    for video in dict.fromkeys(choice.video for choice in chosen):
+        sheet = _add(sheet, video, [c for c in chosen if c.video == video], scheme, root, placed)
+    if (out / NAME).is_file():  # choosing takes a while, in which the page may have finished labels
+        now = Sheet.open(out)
+        labels = {label.image: label for label in (*sheet.labels, *now.labels)}
+        sheet = replace(now, labels=tuple(labels[image] for image in sorted(labels)))
+    return sheet.save(), placed
+
+
+def _add(sheet: Sheet, video: Path, chosen: Sequence[Choice], scheme: Scheme, root: Path,
+         placed: dict[str, int]) -> Sheet:
+    """Return the sheet with the chosen frames of one video, whose pictures and guesses are written."""
+    relative = video.relative_to(root)
+    known = {label.image for label in sheet.labels}
+    name = "_".join(relative.with_suffix("").parts)
+    stems = {c.frame: f"{name}_{c.frame:06d}" for c in chosen}
+    new = [Label(relative.as_posix(), frame, f"{stem}.png", f"{stem}.pts") for frame, stem in stems.items()
+           if f"{stem}.png" not in known]
+    if not new:
+        return sheet
+    images, detector = read_video(video), find_detector()
+    mouth = moving_mouth(images.mean(axis=-1).astype(np.uint8))
+    for label in new:
+        guess = place(scheme, images[label.frame], mouth, detector)
+        placed[guess.how] = placed.get(guess.how, 0) + 1
+        write_picture(sheet.folder / label.image, images[label.frame])
+        write_pts(sheet.folder / label.points, guess.points)
+    return replace(sheet, labels=tuple(sorted([*sheet.labels, *new], key=lambda each: each.image)))

@@ -1,0 +1,136 @@
+"""Points from the JSON files of LabelMe, COCO keypoints (CVAT, Label Studio and others write it) and VIA."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.labelling.sheet import Sheet
+
+Found = dict[str, np.ndarray]
+"""File name of a picture to its points (P, 2) in pixels."""
+_REMEDY = "Export LabelMe JSON, COCO keypoints (CVAT: format COCO Keypoints 1.0) or VIA JSON"
+
+
+def read_tool(path: Path, sheet: Sheet) -> Found:
+    """Return the points in a tool's JSON file, or in every ``.json`` of a folder (LabelMe writes one a picture).
+
+    - LabelMe: shapes of the type point. Labels are a point's name (``lips_inner 3``, ``lips_inner_3`` or its number
+      in all), or a group's name for points that follow each other in the group's order; a polygon or line of a
+      group's name gives the group's points.
+    - COCO: ``keypoints`` of an annotation (x, y, visibility); one annotation a picture.
+    - VIA (1 and 2): regions of the shape point, in their order, or a polyline or polygon named by its attribute.
+
+    Raises:
+        DnnvssError: another kind of file, a picture annotated twice, a name that the sheet does not have, or points
+            missing; names file and picture.
+    """
+    if path.is_dir():
+        several = [read_tool(p, sheet) for p in sorted(path.glob("*.json")) if p.name != "labels.json"]
+        return {name: points for part in several for name, points in part.items()}
+    value = files.read_json(path, _REMEDY)
+    if not isinstance(value, Mapping):
+        raise DnnvssError("is no JSON of a labelling tool", file=path, remedy=_REMEDY)
+    if "shapes" in value and "imagePath" in value:
+        rows = [(str(s.get("label", "")), s.get("points", [])) for s in value["shapes"]]
+        return {_base(value["imagePath"]): _named(rows, sheet, path, _base(value["imagePath"]))}
+    if "images" in value and "annotations" in value:
+        return _coco(value, path)
+    projects = value.get("_via_img_metadata", value)
+    if isinstance(projects, Mapping) and all(isinstance(v, Mapping) and "regions" in v for v in projects.values()):
+        return {_base(v["filename"]): _named(_via(v["regions"]), sheet, path, _base(v["filename"]))
+                for v in projects.values() if v["regions"]}
+    raise DnnvssError("is no JSON of a labelling tool", file=path, remedy=_REMEDY)
+
+
+def import_into(sheet: Sheet, path: Path) -> tuple[Sheet, list[str]]:
+    """Write the points of a tool's file into a sheet, marked finished; return it and the pictures that got points.
+
+    Raises:
+        DnnvssError: the file names a picture that the sheet does not have, or wrong points.
+    """
+    found = read_tool(path, sheet)
+    if not found:
+        raise DnnvssError("holds no points", file=path, remedy=_REMEDY)
+    known = {label.image for label in sheet.labels}
+    if unknown := sorted(set(found) - known):
+        raise DnnvssError(f"names the picture {unknown[0]!r}, which {sheet.folder / 'labels.json'} does not",
+                          file=path, remedy="Label the pictures that `choose` exported, under their names")
+    for name, points in found.items():
+        try:
+            sheet.checked(points, path)
+        except DnnvssError as error:
+            raise DnnvssError(f"picture {name}: {error.problem}", file=path,
+                              remedy="Label every point of the scheme") from error
+    for name, points in found.items():
+        sheet = Sheet.open(sheet.folder).write(name, points, done=True)  # the page may have finished others meanwhile
+    return sheet, sorted(found)
+
+
+def _base(name: Any) -> str:
+    return str(name).replace("\\", "/").rsplit("/", 1)[-1]
+
+
+def _coco(value: Mapping[str, Any], path: Path) -> Found:
+    names = {image["id"]: _base(image["file_name"]) for image in value["images"]}
+    found: Found = {}
+    for row in value["annotations"]:
+        if not row.get("keypoints"):
+            continue
+        name = names.get(row["image_id"])
+        if name is None or name in found:
+            raise DnnvssError(f"annotation {row.get('id')} belongs to "
+                              f"{'no picture' if name is None else name + ', as another does'}", file=path,
+                              remedy="Give one annotation with keypoints a picture")
+        triples = np.asarray(row["keypoints"], dtype=float).reshape(-1, 3)
+        if (triples[:, 2] == 0).any():
+            raise DnnvssError(f"picture {name}: keypoint {int((triples[:, 2] == 0).argmax())} is not labelled",
+                              file=path, remedy="Label every point of the scheme")
+        found[name] = triples[:, :2]
+    return found
+
+
+def _via(regions: Any) -> list[tuple[str, list[list[float]]]]:
+    rows = []
+    for region in regions.values() if isinstance(regions, Mapping) else regions:
+        shape, attributes = region["shape_attributes"], region.get("region_attributes", {})
+        label = next((str(v) for v in attributes.values() if isinstance(v, str) and v), "")
+        if shape["name"] == "point":
+            rows.append((label, [[shape["cx"], shape["cy"]]]))
+        elif "all_points_x" in shape:
+            rows.append((label, np.column_stack([shape["all_points_x"], shape["all_points_y"]]).tolist()))
+    return rows
+
+
+def _named(rows: list[tuple[str, list[list[float]]]], sheet: Sheet, path: Path, picture: str) -> np.ndarray:
+    """Return points (P, 2) from named rows; unnamed ones follow each other; what is missing is an error."""
+    points = np.full((sheet.count, 2), np.nan)
+    following = {group: start for group, (start, _) in sheet.groups.items()}
+    following[""] = 0
+    for label, places in rows:
+        for place in places:
+            at = _position(label.strip(), following, sheet)
+            if at is None or not 0 <= at < sheet.count or not np.isnan(points[at]).all():
+                raise DnnvssError(f"picture {picture}: point {label!r} is "
+                                  f"{'unknown' if at is None else 'one too many'}", file=path,
+                                  remedy=f"Name points by group and number; groups: {', '.join(sheet.groups)}")
+            points[at] = place
+    if np.isnan(points).any():
+        missing = int(np.isnan(points).any(axis=1).argmax())
+        raise DnnvssError(f"picture {picture}: {sheet.name_of(missing)} is missing", file=path,
+                          remedy="Label every point of the scheme")
+    return points
+
+
+def _position(label: str, following: dict[str, int], sheet: Sheet) -> int | None:
+    if label in following:
+        following[label] += 1
+        stop = sheet.groups[label][1] if label else sheet.count
+        return following[label] - 1 if following[label] <= stop else sheet.count  # beyond all: one too many
+    if label.isdigit():
+        return int(label)
+    group, _, number = label.replace(" ", "_").replace("-", "_").rpartition("_")
+    return sheet.groups[group][0] + int(number) if group in sheet.groups and number.isdigit() else None

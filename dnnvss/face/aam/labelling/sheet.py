@@ -1,0 +1,178 @@
+"""A folder of labelled frames: ``labels.json``, a picture and a ``.pts`` file for each frame."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.labelling.schemes import SCHEMES, Scheme
+from dnnvss.formats.landmarks import read_pts, write_pts
+
+NAME = "labels.json"
+_REMEDY = "Choose frames first: python -m dnnvss.pipeline.label choose VIDEOS --out FOLDER"
+_LABEL = "Label it on the page (python -m dnnvss.pipeline.label page FOLDER), or take it out of labels.json"
+
+
+@dataclass(frozen=True)
+class Label:
+    """A frame to label: its video (relative to the sheet's ``videos``), frame number, picture and points file."""
+
+    video: str
+    frame: int
+    image: str
+    points: str
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The frames that are labelled, and how far.
+
+    Args:
+        folder: where picture and points files are.
+        groups: landmark group to the half-open range of its rows.
+        labels: the frames.
+        done: pictures whose label is finished; the others are guesses.
+        scheme: name of the scheme, or of whatever the points follow.
+        videos: the folder that the videos are named from.
+    """
+
+    folder: Path
+    groups: dict[str, tuple[int, int]]
+    labels: tuple[Label, ...]
+    done: frozenset[str] = frozenset()
+    scheme: str = ""
+    videos: str = ""
+
+    @property
+    def count(self) -> int:
+        """The number of points P of each label."""
+        return max(stop for _, stop in self.groups.values())
+
+    @property
+    def closed(self) -> dict[str, bool]:
+        """Landmark group to whether its line returns to its first point."""
+        known = {g.name: g.closed for s in SCHEMES.values() for g in s.parts if s.name == self.scheme}
+        return {g: known.get(g, g.startswith("lips")) for g in self.groups}
+
+    @classmethod
+    def open(cls, folder: str | Path) -> "Sheet":
+        """Return the sheet in a folder.
+
+        Raises:
+            DnnvssError: ``labels.json`` is missing, damaged or names no group, no frame or one frame twice.
+        """
+        path = Path(folder) / NAME
+        return files.read(path, lambda p: cls._parsed(Path(folder), files.read_json(p)), _REMEDY)
+
+    @classmethod
+    def _parsed(cls, folder: Path, value: Mapping[str, Any]) -> "Sheet":
+        groups = {str(g): (int(a), int(b)) for g, (a, b) in value["groups"].items()}
+        fields = ("video", "frame", "image", "points")
+        labels = tuple(Label(*(type_(row[f]) for f, type_ in zip(fields, (str, int, str, str), strict=True)))
+                       for row in value["labels"])
+        names = [label.image for label in labels]
+        if not groups or not labels or len(set(names)) < len(names):
+            raise DnnvssError(f"names {len(groups)} groups and {len(names)} pictures, {len(set(names))} different ones",
+                              file=folder / NAME, remedy=_REMEDY)
+        return cls(folder, groups, labels, frozenset(map(str, value.get("done", ()))), str(value.get("scheme", "")),
+                   str(value.get("videos", "")))
+
+    def save(self) -> "Sheet":
+        """Write ``labels.json`` and return the sheet."""
+        rows = [vars(label) for label in self.labels]
+        files.write_json(self.folder / NAME, {
+            "scheme": self.scheme, "videos": self.videos, "groups": {g: list(r) for g, r in self.groups.items()},
+            "labels": rows, "done": sorted(self.done)})
+        return self
+
+    def label(self, image: str) -> Label:
+        """Return the label of a picture.
+
+        Raises:
+            DnnvssError: the sheet has no such picture.
+        """
+        for label in self.labels:
+            if label.image == image:
+                return label
+        raise DnnvssError(f"has no picture {image!r}", file=self.folder / NAME)
+
+    def read(self, label: Label) -> np.ndarray:
+        """Return the points (P, 2) float64 of a label in pixels.
+
+        Raises:
+            DnnvssError: the file is missing, or holds another number of points, or one that is not finite.
+        """
+        path = self.folder / label.points
+        return self.checked(files.read(path, read_pts, _LABEL).astype(float), path)
+
+    def checked(self, points: np.ndarray, path: Path) -> np.ndarray:
+        """Return points (P, 2), if there are P and all are finite.
+
+        Raises:
+            DnnvssError: names the file and the first group and point that is wrong.
+        """
+        points = np.asarray(points, dtype=float)
+        if points.shape != (self.count, 2):
+            raise DnnvssError(f"holds {len(points)} points, and the labels have {self.count}", file=path, remedy=_LABEL)
+        if not np.isfinite(points).all():
+            bad = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+            raise DnnvssError(f"{self.name_of(bad)} is {points[bad].tolist()}", file=path, remedy=_LABEL)
+        return points
+
+    def name_of(self, point: int) -> str:
+        """Return a point's name, e.g. ``lips_inner 3``."""
+        for group, (start, stop) in self.groups.items():
+            if start <= point < stop:
+                return f"{group} {point - start}"
+        return f"point {point}"
+
+    def write(self, image: str, points: np.ndarray, done: bool) -> "Sheet":
+        """Write a label's points (P, 2) whole, mark it finished or not, and return the sheet as it then is.
+
+        Raises:
+            DnnvssError: an unknown picture, or wrong points.
+        """
+        label = self.label(image)
+        write_pts(self.folder / label.points, self.checked(points, self.folder / label.points))
+        if (image in self.done) == done:
+            return self
+        return replace(self, done=self.done | {image} if done else self.done - {image}).save()
+
+    def picture(self, label: Label) -> np.ndarray:
+        """Return a label's picture, uint8 RGB (H, W_, 3).
+
+        Raises:
+            DnnvssError: it is missing or no picture.
+        """
+        path = self.folder / label.image
+        image = files.read(path, lambda p: cv2.imread(str(p)), "Choose the frames again")
+        if image is None:
+            raise DnnvssError("is no picture", file=path, remedy="Choose the frames again")
+        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+    def finished(self) -> np.ndarray:
+        """Return the points (n, P, 2) of all labels, in order.
+
+        Raises:
+            DnnvssError: a label is unfinished, missing or wrong; names it.
+        """
+        for label in self.labels:
+            if label.image not in self.done:
+                raise DnnvssError("its points are still a guess", file=self.folder / label.points, remedy=_LABEL)
+        return np.stack([self.read(label) for label in self.labels])
+
+
+def write_picture(path: Path, image: np.ndarray) -> None:
+    """Write a picture, uint8 RGB (H, W_, 3), as PNG."""
+    with files.replacing(path) as temporary:
+        cv2.imwrite(str(temporary), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+
+
+def new_sheet(folder: Path, scheme: Scheme, videos: str, labels: Sequence[Label]) -> Sheet:
+    """Return a sheet of unfinished labels; nothing is written."""
+    return Sheet(folder, scheme.groups, tuple(labels), frozenset(), scheme.name, videos)

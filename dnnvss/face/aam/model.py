@@ -1,0 +1,208 @@
+"""The active appearance model: shape and texture of a face as a few linear parameters."""
+
+import json
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.face.aam.colour import ColourBank, luminance
+from dnnvss.face.aam.config import AAMConfig
+from dnnvss.face.aam.mesh import Warp
+from dnnvss.face.aam.outliers import Limits
+from dnnvss.face.aam.parts import part_names
+from dnnvss.face.aam.points import Layout
+from dnnvss.face.aam.pose import PoseReference, to_image, to_reference
+
+_FORMATS = (1, 2)
+"""Written: 1 where no setting needs 2, which brought rigid poses, luminance and parts."""
+
+
+@dataclass(frozen=True)
+class Functional:
+    """A linear functional of the parameters: ``parameters @ vector + constant``, in reference pixels."""
+
+    vector: np.ndarray
+    constant: float
+
+    def __call__(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the values (...,) of parameters (..., D)."""
+        return parameters @ self.vector + self.constant
+
+
+@dataclass(frozen=True)
+class ActiveAppearanceModel:
+    """A fitted model. Shapes live in the reference frame, textures on one fixed shape.
+
+    With shape ``x`` (2P), texture ``g`` (3N), their means, the weight ``w`` of shape, and modes ``S`` (D, 2P) and
+    ``T`` (D, 3N): decoding is ``x = mean + c S``, ``g = mean + c T``, and encoding is
+    ``c = w^2 (x - mean) S' + (g - mean) T'``, because ``[w S, T]`` is orthonormal. In the separate kind the first
+    rows of ``T`` and the last rows of ``S`` are zero, and ``w`` is 1.
+
+    **Source**: Thangthai, Theobald 2016, section 4 (34 points of lips, jaw and nostrils, 30 parameters); Theobald et
+    al. 2003, section 2.
+
+    Args:
+        config: the settings that it was fitted with.
+        groups: the corpus's landmark groups.
+        reference: stable points of the reference frame.
+        mean_shape: (P, 2) in reference pixels.
+        warp: the shape on which textures are kept (see ``AAMConfig.texture_shape``), with its mesh.
+        mean_texture: (N, 3) float32, 0 to 255.
+        shape_modes: (D, P, 2).
+        texture_modes: (D, N, 3) float32.
+        shape_weight: the weight ``w``, in grey levels per pixel.
+        deviations: standard deviation (D,) of each parameter over the frames of the fit.
+        spread: robust standard deviation (P, 2) of each coordinate in pixels.
+        limits: what a frame may measure before it is an outlier.
+        colours: where a model of luminance takes its colours from; None for one of all channels.
+    """
+
+    config: AAMConfig
+    groups: dict[str, tuple[int, int]]
+    reference: PoseReference
+    mean_shape: np.ndarray
+    warp: Warp
+    mean_texture: np.ndarray
+    shape_modes: np.ndarray
+    texture_modes: np.ndarray
+    shape_weight: float
+    deviations: np.ndarray
+    spread: np.ndarray
+    limits: Limits
+    colours: ColourBank | None = None
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The modelled, stable and mouth rows of a landmark array."""
+        return self.config.points.layout(self.groups)
+
+    @property
+    def size(self) -> int:
+        """The number of parameters D."""
+        return len(self.deviations)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names of the parameters, in order."""
+        if self.config.parts:
+            return part_names(self.config.parts, self.layout, self.shape_modes, self.texture_modes, self.warp)
+        if self.config.kind == "combined":
+            return tuple(f"aam{i + 1:02d}" for i in range(self.size))
+        shapes = int((np.abs(self.shape_modes).sum(axis=(1, 2)) > 0).sum())
+        return tuple(f"shape{i + 1:02d}" if i < shapes else f"texture{i - shapes + 1:02d}" for i in range(self.size))
+
+    def project(self, shapes: np.ndarray, textures: np.ndarray) -> np.ndarray:
+        """Return the parameters (F, D) of reference shapes (F, P, 2) and textures (F, N, 3), both less their means."""
+        shape_part = shapes.reshape(len(shapes), -1) @ self.shape_modes.reshape(self.size, -1).T
+        texture_part = textures.reshape(len(textures), -1) @ self.texture_modes.reshape(self.size, -1).T
+        return (self.shape_weight**2 * shape_part + texture_part).astype(np.float32)
+
+    def encode(self, image: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the parameters (D,) of one picture (H, W_, 3) with all its landmarks (L, 2) in pixels.
+
+        The head pose is taken as tracked, and no clip mean is removed; :func:`dnnvss.face.aam.encode_clip` does both.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        pose = replace(self.reference, smoothing=0.0).poses(points[None, self.layout.stable], np.ones(1, bool), 1.0)
+        shape = to_reference(points[None, self.layout.rows], pose, self.reference.pivot)
+        texture = self.read_texture(image, points[self.layout.rows])[None]
+        return self.project(shape - self.mean_shape, texture - self.mean_texture)[0]
+
+    def read_texture(self, image: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return what the model sees (N, 3) of a picture (H, W_, 3) under mesh points (P, 2): grey, if luminance."""
+        texture = self.warp.sample(image, points)
+        return luminance(texture) if self.config.colour == "luminance" else texture
+
+    def decode_shape(self, parameters: np.ndarray) -> np.ndarray:
+        """Return points (..., P, 2) in the reference frame for parameters (..., D)."""
+        return self.mean_shape + np.tensordot(parameters, self.shape_modes, axes=1)
+
+    def decode_texture(self, parameters: np.ndarray) -> np.ndarray:
+        """Return textures (..., N, 3) float32, not clipped to 0..255, for parameters (..., D); luminance is grey."""
+        parameters = np.asarray(parameters, dtype=np.float32)
+        return self.mean_texture + np.tensordot(parameters, self.texture_modes, axes=1)
+
+    def decode(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return points (..., P, 2) in the reference frame and textures (..., N, 3) for parameters (..., D)."""
+        return self.decode_shape(parameters), self.decode_texture(parameters) + self.colour(parameters)
+
+    def colour(self, parameters: np.ndarray) -> np.ndarray:
+        """Return what is added to a texture for its colour, (..., N, 3) float32; zero if all channels are modelled."""
+        return np.zeros((), dtype=np.float32) if self.colours is None else self.colours.nearest(parameters)
+
+    def place(self, points: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """Return reference points (..., P, 2) in picture pixels for poses (..., 4)."""
+        return to_image(points, pose, self.reference.pivot)
+
+    @cached_property
+    def aperture(self) -> Functional:
+        """The distance between the centres of the inner lips in reference pixels (negative where they cross)."""
+        pairs, middle = lip_pairs(self.mean_shape, self.layout.inner)
+        return self._difference(int(pairs[middle, 0]), int(pairs[middle, 1]), axis=1)
+
+    @cached_property
+    def width(self) -> Functional:
+        """The horizontal distance between the mouth's corners in reference pixels."""
+        x = self.mean_shape[self.layout.outer, 0]
+        return self._difference(int(self.layout.outer[x.argmin()]), int(self.layout.outer[x.argmax()]), axis=0)
+
+    def _difference(self, first: int, second: int, axis: int) -> Functional:
+        vector = self.shape_modes[:, second, axis] - self.shape_modes[:, first, axis]
+        return Functional(vector, float(self.mean_shape[second, axis] - self.mean_shape[first, axis]))
+
+    def save(self, path: str | Path) -> Path:
+        """Write the model as ``.npz`` (arrays and a JSON text) and return the path."""
+        late = set(self.config.to_dict()) - set(AAMConfig().to_dict())
+        colours = {} if self.colours is None else self.colours.arrays()
+        text = json.dumps({"format": 2 if late else 1, "config": self.config.to_dict(), "groups": self.groups,
+                           "limits": vars(self.limits), "smoothing": self.reference.smoothing, "scale": self.warp.scale,
+                           "shape_weight": self.shape_weight})
+        return files.write_arrays(
+            path, settings=np.array(text), stable=self.reference.stable, mean_shape=self.mean_shape,
+            texture_shape=self.warp.shape, triangles=self.warp.triangles, mean_texture=self.mean_texture,
+            shape_modes=self.shape_modes, texture_modes=self.texture_modes, deviations=self.deviations,
+            spread=self.spread, **colours)
+
+    @classmethod
+    def load(cls, path: str | Path) -> "ActiveAppearanceModel":
+        """Return a model that :meth:`save` wrote.
+
+        Raises:
+            DnnvssError: the file is missing, damaged or of another format.
+        """
+        return files.read(path, _loaded, "Train again, or delete the file and run the same command")
+
+
+def _loaded(path: Path) -> ActiveAppearanceModel:
+    arrays = files.read_arrays(path)
+    settings = json.loads(str(arrays["settings"]))
+    if settings["format"] not in _FORMATS:
+        raise ValueError(f"format {settings['format']}, and this version reads {_FORMATS}")
+    config = AAMConfig.from_dict(settings["config"])
+    return ActiveAppearanceModel(
+        config, {g: (a, b) for g, (a, b) in settings["groups"].items()},
+        PoseReference(arrays["stable"], settings["smoothing"], config.alignment == "rigid"), arrays["mean_shape"],
+        Warp(arrays["texture_shape"], arrays["triangles"], settings["scale"]), arrays["mean_texture"],
+        arrays["shape_modes"], arrays["texture_modes"], settings["shape_weight"], arrays["deviations"],
+        arrays["spread"], Limits(**settings["limits"]),
+        ColourBank.from_arrays(arrays) if config.colour == "luminance" else None)
+
+
+def lip_pairs(shape: np.ndarray, inner: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return pairs (n, 2) of inner-lip points, upper and the lower one under it, and which pair is in the middle.
+
+    Args:
+        shape: a shape (P, 2) with an upright mouth.
+        inner: positions of the inner contour among the P points, in order round the mouth.
+    """
+    contour = shape[inner]
+    first, second = sorted((int(contour[:, 0].argmin()), int(contour[:, 0].argmax())))
+    ring = np.arange(len(inner))
+    chains = [ring[(ring > first) & (ring < second)], ring[(ring < first) | (ring > second)]]
+    upper, lower = sorted(chains, key=lambda chain: contour[chain, 1].mean())
+    across = np.abs(contour[upper, 0][:, None] - contour[lower, 0]).argmin(axis=1)
+    middle = int(np.abs(contour[upper, 0] - contour[[first, second], 0].mean()).argmin())
+    return np.column_stack([inner[upper], inner[lower[across]]]), middle

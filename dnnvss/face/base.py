@@ -1,0 +1,102 @@
+"""What every kind of face offers: named parameters, points, gauges, and its coding of recordings."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, Protocol, Self
+
+import numpy as np
+
+APERTURE, WIDTH, LOWER_LIP = "aperture", "width", "lower_lip"
+"""The gauges that rules and lip metrics look for; a face that lacks one is told so by name."""
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A named linear functional of the parameters: ``parameters @ vector + constant``.
+
+    Args:
+        name: as keys, curves and metrics call it.
+        vector: weights (D,).
+        constant: the value at parameters of zero.
+        unit: of the value, ``px`` or the face's own.
+        rest: the value when the face is at rest; that at parameters of zero where None.
+    """
+
+    name: str
+    vector: np.ndarray
+    constant: float
+    unit: str = "px"
+    rest: float | None = None
+
+    def __call__(self, parameters: np.ndarray) -> np.ndarray:
+        """Values (...,) of parameters (..., D)."""
+        return np.asarray(parameters) @ self.vector + self.constant
+
+    @property
+    def at_rest(self) -> float:
+        """The value when the face is at rest."""
+        return self.constant if self.rest is None else self.rest
+
+
+class Code(Protocol):
+    """A recording as parameters of a face; kinds add what they need to put it back into its picture."""
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """(F, D) float32; frames that are not valid are interpolated between their neighbours."""
+        ...
+
+    @property
+    def valid(self) -> np.ndarray:
+        """(F,) bool, whether a frame was measured."""
+        ...
+
+
+class Face(Protocol):
+    """A face of any kind. Rules, constraints, metrics, keys, curves and streaming are written against this alone."""
+
+    kind: ClassVar[str]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of each parameter (D,)."""
+        ...
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """The standard deviation (D,) of each parameter over the frames of the fit."""
+        ...
+
+    @property
+    def groups(self) -> Mapping[str, tuple[int, ...]]:
+        """Name of a group to the positions of its parameters."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """The unit of points and of gauges that are distances."""
+        ...
+
+    @property
+    def gauges(self) -> Mapping[str, Gauge]:
+        """The named functionals of the parameters; not all faces have all of them."""
+        ...
+
+    @property
+    def contours(self) -> Mapping[str, Sequence[int]]:
+        """Name of a line to the points (of P) that it runs through, to be drawn."""
+        ...
+
+    def points(self, parameters: np.ndarray) -> np.ndarray:
+        """Points (..., P, 2 or 3) in the face's reference frame, for parameters (..., D)."""
+        ...
+
+    def save(self, path: Path) -> Path:
+        """Write the face and return the path."""
+        ...
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """The face that :meth:`save` wrote."""
+        ...

@@ -1,0 +1,98 @@
+"""Feature tables as Markdown: one configuration, or the whole page ``docs/features.md``."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from omegaconf import OmegaConf
+
+from dnnvss import files
+from dnnvss.features.block import Settings
+from dnnvss.features.catalogue import catalogue
+from dnnvss.features.table import FeatureTable
+from dnnvss.phones import ANSWERS, PHONES, QUESTIONS
+from dnnvss.timing import FrameClock
+
+_REMEDY = "Give a file of conf/labels, such as conf/labels/ph.yaml"
+
+_INTRODUCTION = """# Features
+
+This page is written by `python -m dnnvss.features > docs/features.md`; a test compares it with the code.
+
+A feature table is a list of blocks, chosen by name in `conf/labels/*.yaml`. Widths, slices, column names and the
+hash that a checkpoint carries derive from the blocks. `python -m dnnvss.features conf/labels/ph.yaml` prints one
+table with its slices.
+
+What the paper leaves open, and what we chose:
+
+- **Position** (start, middle, end) is the third in which the centre of the smaller unit lies: `floor(3 (k + 1/2) /
+  n)` for unit k of n. One of one is the middle, two are start and end. The rule is the same for a frame in its
+  phone and for a word in its phrase, and it is exact in whole numbers.
+- **Number of frames** is that of the whole phone (or dynamic viseme); **forward span** counts the current frame: 1
+  in the last frame of the phone.
+- **Windows and contexts** end with the utterance. Outside it phones are silence; dynamic visemes have no bit.
+- **Syllable, word, phrase and utterance** blocks are zero in silence.
+- **Dynamic visemes of a syllable** are those from the syllable's first frame to its last, so a viseme across a
+  border belongs to both syllables; **phones of a dynamic viseme** likewise, silences not counted.
+- A segment too short to own a frame keeps its place: its neighbours see it in their context, and counts include it.
+- Numeric columns are scaled to zero mean and unit variance over the training frames; binary columns are left as
+  they are.
+"""
+
+
+def read_table(path: str | Path) -> FeatureTable:
+    """Return the table of a ``conf/labels`` file.
+
+    Raises:
+        DnnvssError: the file is missing or no YAML, or names a block that does not exist.
+    """
+    config: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p), resolve=True), _REMEDY)
+    return FeatureTable.from_config(config)
+
+
+def table_page(name: str, table: FeatureTable, clock: FrameClock) -> str:
+    """Return one feature table as Markdown, each block with its level, width, slice and source."""
+    s = table.settings
+    before, after = (f"{n} frames ({1000 * clock.seconds(n):g} ms)" for n in (s.window_before, s.window_after))
+    rows = [(str(n), f"`{b.name}`", b.level, b.kind, b.width, f"{at.start}:{at.stop}", b.source)
+            for n, (b, at) in enumerate(zip(table.blocks, table.slices.values(), strict=True), 1)]
+    facts = (f"{table.width} columns: {table.binary_width} binary, of which at most {table.active_width} are 1 in a "
+             f"frame, and {table.numeric_width} numeric. Hash `{table.hash}`.\n"
+             f"Window: {before} before and {after} after, at {clock} frames a second.")
+    if table.uses_visemes:
+        facts += f" Dynamic visemes: {s.units}."
+    return "\n".join([f"## {name}", "", facts, "",
+                      *_markdown(("", "block", "level", "kind", "width", "slice", "source"), rows)]) + "\n"
+
+
+def features_page(tables: Mapping[str, FeatureTable]) -> str:
+    """Return the page of all blocks, of the tables that the configurations make of them, and of the questions."""
+    known = catalogue(Settings())
+    blocks = [(f"`{b.name}`", b.level, b.kind, b.width, b.meaning, b.source) for b in known.values()]
+    names = list(tables)
+    used = [(f"`{block}`", *("x" if block in tables[n].names else "" for n in names)) for block in known]
+    sums = [("columns", *(tables[n].width for n in names)), ("1 at most", *(tables[n].active_width for n in names))]
+    return "\n".join([
+        _INTRODUCTION,
+        "## Blocks", "", "Widths are those of 16 frames of window on each side and 160 dynamic visemes.", "",
+        *_markdown(("block", "level", "kind", "width", "columns", "source"), blocks), "",
+        "## Configurations", "",
+        "`labels=NAME` of `train.py`. `ph_a` to `ph_e` are the systems of Thangthai 2016, Table 2.", "",
+        *_markdown(("block", *names), [*used, *sums]), "",
+        "## The 57 questions", "",
+        "The paper takes 57 questions from the HTS toolkit and does not print them. This list is ours: it asks first",
+        "for what is seen. Every two questions and every two phones differ. The weight is a question's share in the",
+        "distance between phones by which a phone that the talker never spoke is replaced.", "",
+        *_markdown(("", "name", "question", "weight", "phones that answer yes"), _questions()),
+    ]) + "\n"  # fmt: skip
+
+
+def _questions() -> list[tuple]:
+    return [(n + 1, f"`{q.name}`", q.asks, f"{q.weight:g}", " ".join(PHONES[p] for p in np.flatnonzero(ANSWERS[:, n])))
+            for n, q in enumerate(QUESTIONS)]
+
+
+def _markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
+    lines = [head, ["---"] * len(head), *rows]
+    return ["| " + " | ".join(str(cell) for cell in line) + " |" for line in lines]

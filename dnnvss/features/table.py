@@ -1,0 +1,171 @@
+"""The feature table: an ordered list of blocks from which every width, slice and name derives."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+from dnnvss.features.block import Block, Settings
+from dnnvss.features.catalogue import catalogue
+
+
+@dataclass(frozen=True)
+class FeatureTable:
+    """The columns of the network's input.
+
+    Binary columns are also numbered among themselves (0 to ``binary_width - 1``), in table order: these are the numbers
+    that :meth:`FrameCodes.active` returns, with ``binary_width`` for padding. Numeric columns likewise.
+
+    Args:
+        names: the blocks, in order.
+        settings: window and number of dynamic visemes.
+
+    Raises:
+        DnnvssError: no block, one that does not exist, or one twice.
+    """
+
+    names: tuple[str, ...]
+    settings: Settings = field(default_factory=Settings)
+
+    def __post_init__(self) -> None:
+        known = catalogue(self.settings)
+        wrong = [name for name in self.names if name not in known]
+        if wrong:
+            raise DnnvssError(f"labels: no feature block {wrong[0]!r}", remedy=f"Choose among: {', '.join(known)}")
+        if not self.names or len(set(self.names)) != len(self.names):
+            raise DnnvssError(f"labels: blocks {list(self.names)} are none or hold one twice",
+                              remedy="Name each block once")
+
+    @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> "FeatureTable":
+        """Return the table of a ``conf/labels`` file.
+
+        Its keys are ``blocks`` (a list of names), the fields of :class:`Settings`, and ``name``, which has no effect.
+
+        Raises:
+            DnnvssError: an unknown key, a missing list of blocks, or what the table or its settings refuse.
+        """
+        allowed = {"name", "blocks", *Settings.__dataclass_fields__}
+        unknown = [str(key) for key in config if key not in allowed]
+        if unknown or not config.get("blocks"):
+            problem = f"does not know {unknown[0]!r}" if unknown else "has no list of blocks"
+            raise DnnvssError(f"labels: the configuration {problem}", remedy=f"Use the keys {sorted(allowed)}")
+        settings = Settings(**{key: config[key] for key in Settings.__dataclass_fields__ if key in config})
+        return cls(tuple(str(name) for name in config["blocks"]), settings)
+
+    @cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """The blocks in order."""
+        return tuple(catalogue(self.settings)[name] for name in self.names)
+
+    @cached_property
+    def columns(self) -> tuple[str, ...]:
+        """The name of each column, ``block/column``."""
+        return tuple(f"{block.name}/{column}" for block in self.blocks for column in block.columns)
+
+    @cached_property
+    def slices(self) -> dict[str, slice]:
+        """The columns of each block."""
+        return _slices(self.blocks)
+
+    @cached_property
+    def binary_slices(self) -> dict[str, slice]:
+        """The columns of each binary block, counted among binary columns."""
+        return _slices(tuple(b for b in self.blocks if b.kind == "binary"))
+
+    @cached_property
+    def numeric_slices(self) -> dict[str, slice]:
+        """The columns of each numeric block, counted among numeric columns."""
+        return _slices(tuple(b for b in self.blocks if b.kind == "numeric"))
+
+    @property
+    def width(self) -> int:
+        """The number of columns C."""
+        return len(self.columns)
+
+    @cached_property
+    def binary_width(self) -> int:
+        """The number of binary columns; also the padding index."""
+        return sum(b.width for b in self.blocks if b.kind == "binary")
+
+    @property
+    def numeric_width(self) -> int:
+        """The number of numeric columns."""
+        return self.width - self.binary_width
+
+    @cached_property
+    def active_width(self) -> int:
+        """How many binary columns are 1 in a frame at most."""
+        return sum(b.slots for b in self.blocks if b.kind == "binary")
+
+    @cached_property
+    def binary_columns(self) -> np.ndarray:
+        """The table column of each binary column, int64 (binary_width,)."""
+        return self._columns_of("binary")
+
+    @cached_property
+    def numeric_columns(self) -> np.ndarray:
+        """The table column of each numeric column, int64 (numeric_width,)."""
+        return self._columns_of("numeric")
+
+    def _columns_of(self, kind: str) -> np.ndarray:
+        kinds = np.repeat([b.kind == kind for b in self.blocks], [b.width for b in self.blocks])
+        return np.flatnonzero(kinds)
+
+    @property
+    def uses_visemes(self) -> bool:
+        """Whether a block needs the tier ``visemes``."""
+        return any(b.family == "dv" for b in self.blocks)
+
+    @cached_property
+    def hash(self) -> str:
+        """A hash of what the columns are; equal hashes mean exchangeable inputs."""
+        return hashlib.sha256(" ".join(b.digest for b in self.blocks).encode()).hexdigest()[:16]
+
+    def describe(self) -> dict[str, Any]:
+        """Return plain containers that :meth:`from_description` and :meth:`check` understand."""
+        return {"settings": asdict(self.settings), "blocks": [b.describe() for b in self.blocks], "hash": self.hash,
+                "width": self.width}
+
+    @classmethod
+    def from_description(cls, description: Mapping[str, Any]) -> "FeatureTable":
+        """Return the table that :meth:`describe` described.
+
+        Raises:
+            DnnvssError: this version of the program means something else by one of the blocks.
+        """
+        table = cls(tuple(b["name"] for b in description["blocks"]), Settings(**description["settings"]))
+        table.check(description)
+        return table
+
+    def check(self, description: Mapping[str, Any]) -> None:
+        """Return quietly if the described table has the same columns.
+
+        Raises:
+            DnnvssError: it has not; the message names the first block that differs.
+        """
+        ours, theirs = [b.describe() for b in self.blocks], description["blocks"]
+        for mine, other in zip_longest(ours, theirs):
+            if mine is None or other is None:
+                where, name = ("here", mine["name"]) if mine else ("in the run", other["name"])
+                problem = f"block {name!r} is only {where}"
+            elif mine["name"] != other["name"]:
+                problem = f"block {mine['name']!r} stands where the run has {other['name']!r}"
+            elif mine["width"] != other["width"]:
+                problem = f"block {mine['name']!r} has {mine['width']} columns, in the run {other['width']}"
+            elif mine["digest"] != other["digest"]:
+                problem = f"block {mine['name']!r} means something else in the run"
+            else:
+                continue
+            raise DnnvssError(f"the feature tables differ: {problem}",
+                              remedy="Use the labels configuration that the run was trained with, or train again")
+
+
+def _slices(blocks: tuple[Block, ...]) -> dict[str, slice]:
+    ends = np.cumsum([b.width for b in blocks]).tolist()
+    return {b.name: slice(end - b.width, end) for b, end in zip(blocks, ends, strict=True)}

@@ -1,0 +1,1 @@
+"""One small server and its pages: labelling."""

@@ -1,0 +1,100 @@
+"""How the commands generate trajectories: the style of a configuration, what the talker shows, an artist's keys."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from omegaconf import DictConfig, OmegaConf
+
+from dnnvss.curves import Constraints, mlpg
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.style import Style, Talker, coefficients, generate
+from dnnvss.style.keys import Key, key_constraints
+from dnnvss.style.rules import Linear
+from dnnvss.systems import Example, VisualModel
+from dnnvss.systems.examples import Task
+from dnnvss.timing import Tier
+
+PLAIN = Style()
+
+
+def make_style(config: DictConfig, names: Sequence[str]) -> Style:
+    """Return the style that a file of ``conf/style`` describes.
+
+    Args:
+        config: the settings.
+        names: of the coefficients. Each is a group of its own, and so are all that differ only in their number:
+            ``shape`` holds ``shape01``, ``shape02``, ...
+
+    Raises:
+        DnnvssError: a coefficient that the face does not have, or a value that is out of range.
+    """
+    settings: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
+    settings.pop("name")
+    groups = {kind: [i for i, name in enumerate(names) if name.rstrip("0123456789") == kind]
+              for kind in dict.fromkeys(name.rstrip("0123456789") for name in names)}
+    groups |= {name: [i] for i, name in enumerate(names)}
+    for group, members in settings.pop("groups").items():
+        if unknown := [m for m in members if m not in names]:
+            raise DnnvssError(f"style.groups.{group}: no coefficient is named {unknown[0]!r}",
+                              remedy=f"Use names from {names[0]} to {names[-1]}")
+        groups[group] = [names.index(m) for m in members]
+    if unknown := sorted(set(settings["by_group"]) - set(groups)):
+        raise DnnvssError(f"style.by_group: no group is named {unknown[0]!r}", remedy=f"Use one of {sorted(groups)}")
+    return Style(groups=groups, **settings)
+
+
+def functionals(face: ActiveAppearanceModel, talker: Talker) -> dict[str, Linear]:
+    """Return what keys may hold, by name: the lips' measures in reference pixels, and every coefficient."""
+    return {"aperture": talker.aperture, "lower_lip": talker.lower_lip, "width": face.width,
+            **coefficients(face.names)}
+
+
+def learn_talker(task: Task, model: VisualModel, examples: Mapping[str, list[Example]],
+                 face: ActiveAppearanceModel) -> Talker:
+    """Return what the training utterances show of the talker, and how much less the model moves on the validation ones.
+
+    Prints what the recordings lack, because the style then leaves it out.
+    """
+    def measured(split: str) -> tuple[list[np.ndarray], list[Tier]]:
+        known = [(e.targets[:, 0], e.alignment["phones"]) for e in examples[split] if e.targets is not None]
+        return [x for x, _ in known], [tier for _, tier in known]
+
+    talker = Talker.of(*measured("train"), task.clock, face)
+    for setting, missing in talker.unknown.items():
+        print(f"the training utterances hold no {missing}: style.{setting} will have no effect")
+    generator = Generator(task, model, talker)
+    return talker.knowing([generator(e, PLAIN) for e in examples["val"]], *measured("val"), task.clock)
+
+
+@dataclass(frozen=True)
+class Generator:
+    """A trained model and its talker: examples in, trajectories out."""
+
+    task: Task
+    model: VisualModel
+    talker: Talker
+
+    def __call__(self, example: Example, style: Style, keys: Sequence[Key] = (),
+                 held: Mapping[str, Linear] | None = None, tier: Tier | None = None) -> np.ndarray:
+        """Return the trajectory (T, D) of an example.
+
+        Args:
+            example: the utterance.
+            style: the settings; the default of :class:`Style` is plain MLPG, bit for bit.
+            keys: an artist's, to be held.
+            held: what the keys name.
+            tier: the phones as they are said, where the example has other phones stand in for some; the example's own
+                where None.
+        """
+        prediction, task = self.model.predict(example), self.task
+        phones = tier or example.alignment["phones"]
+        if style.plain and not keys:
+            return np.asarray(mlpg(prediction.mean, prediction.variance, task.windows))
+        constraints: Constraints | None = None
+        if keys:
+            constraints = key_constraints(keys, held or {}, task.clock, len(prediction.mean), phones)
+        return generate(prediction.mean, prediction.variance, phones, task.clock, self.talker, style, task.windows,
+                        constraints)

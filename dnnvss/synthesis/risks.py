@@ -1,0 +1,100 @@
+"""Which frames of a synthesised sentence may be wrong, and why: what the talker never said, and what was guessed."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby, pairwise
+from typing import Any, NamedTuple
+
+from dnnvss.phones import SILENCES
+from dnnvss.phones.contexts import triphones
+from dnnvss.speech.align import DOUBTFUL
+from dnnvss.timing import Alignment, FrameClock
+
+Risk = Mapping[str, Any]
+"""Plain values with a ``kind``: ``unseen phone`` (with ``phone`` and ``stands_in``), ``unseen triphone`` (with
+``triphone``), ``weak alignment`` (with ``word`` and its ``score`` a frame), ``unknown word`` (with ``word`` and the
+``phones`` that a network guessed)."""
+
+
+class Span(NamedTuple):
+    """Frames ``first`` to ``last`` inclusive, their start and end in seconds, and what may be wrong in each of them."""
+
+    first: int
+    last: int
+    start: float
+    end: float
+    risks: tuple[Risk, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain containers, times to 0.1 ms."""
+        return {**self._asdict(), "start": round(self.start, 4), "end": round(self.end, 4),
+                "risks": [dict(r) for r in self.risks]}
+
+
+def word_risks(report: Sequence[Mapping[str, str]], scores: Sequence[float] = ()) -> list[list[Risk]]:
+    """Return what is doubtful about each word.
+
+    Args:
+        report: the pronunciation report, a row a word.
+        scores: of the alignment, one a word; none where nothing was aligned.
+    """
+    found: list[list[Risk]] = [[] for _ in report]
+    for row, risks in zip(report, found, strict=True):
+        if row["source"] == "network":
+            risks.append({"kind": "unknown word", "word": row["spoken"], "phones": row["phones"]})
+    for row, risks, score in zip(report, found, scores, strict=False):
+        if score < DOUBTFUL:
+            risks.append({"kind": "weak alignment", "word": row["spoken"], "score": round(score, 1)})
+    return found
+
+
+def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, str], known: Iterable[str],
+               words: Sequence[Sequence[Risk]] = ()) -> list[Span]:
+    """Return the spans of frames that carry a risk, in order; frames in none of them carry none.
+
+    Args:
+        alignment: what is said, with tiers ``phones`` and ``words``.
+        clock: of the frames.
+        replaced: phones that the talker never spoke, and which phone stands in for each.
+        known: triphones that the talker spoke. Contexts are judged with the stand-ins, as the model sees them.
+        words: risks of each word; none where nothing is known about the words.
+    """
+    tier, known = alignment["phones"], frozenset(known)
+    seen = triphones(tier.renamed(replaced.get(p, p) for p in tier.labels))
+    named = [k for k, label in enumerate(alignment["words"].labels) if label]
+    risks_of = dict(zip(named, words, strict=True)) if words else {}
+    rows: list[tuple[Risk, ...]] = []
+    for segment, triphone in zip(tier, seen, strict=True):
+        if segment.label in SILENCES:
+            rows.append(())
+            continue
+        own: list[Risk] = []
+        if segment.label in replaced:
+            own.append({"kind": "unseen phone", "phone": segment.label, "stands_in": replaced[segment.label]})
+        if triphone not in known:
+            own.append({"kind": "unseen triphone", "triphone": triphone})
+        rows.append((*own, *risks_of.get(alignment["words"].index_at((segment.start + segment.end) / 2), ())))
+    frames, seconds = tier.frame_edges(clock).tolist(), tier.edges.tolist()
+    spans = [Span(a, b - 1, s, e, row) for (a, b), (s, e), row in zip(pairwise(frames), pairwise(seconds), rows,
+                                                                      strict=True) if row and b > a]
+    return _joined(spans)
+
+
+def _joined(spans: Sequence[Span]) -> list[Span]:
+    """Return the spans with neighbours that carry the same risks made one."""
+    joined: list[Span] = []
+    for span in spans:
+        if joined and joined[-1].risks == span.risks and joined[-1].last + 1 == span.first:
+            joined[-1] = joined[-1]._replace(last=span.last, end=span.end)
+        else:
+            joined.append(span)
+    return joined
+
+
+def summary(spans: Sequence[Span], count: int) -> str:
+    """Return in one line how many of ``count`` frames carry a risk, and of which kinds."""
+    if not spans:
+        return f"none of the {count} frames carries a risk"
+    risky = sum(s.last - s.first + 1 for s in spans)
+    kinds = sorted((r["kind"], s.last - s.first + 1) for s in spans for r in s.risks)
+    counted = ", ".join(f"{kind} {sum(n for _, n in rows)}" for kind, rows in groupby(kinds, key=lambda k: k[0]))
+    return f"{risky} of {count} frames carry a risk ({counted}); the report names them"

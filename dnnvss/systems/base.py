@@ -1,0 +1,107 @@
+"""What every system offers: fit on examples, predict the streams of one."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from dnnvss.features import FeatureTable, FrameCodes
+from dnnvss.timing import Alignment, FrameClock
+
+
+@dataclass(frozen=True)
+class Example:
+    """An utterance as a model sees it, on the trajectory clock.
+
+    Args:
+        id: the utterance.
+        alignment: its tiers; ``phones`` spans the T frames.
+        codes: frame codes of the labels, T frames.
+        targets: static and derivative parameters (T, W, D) float32; None at synthesis.
+        valid: (T,) bool, frames whose target was measured; None at synthesis.
+        alternatives: other codes of the same frames that may be true as well, such as other dynamic visemes. Networks
+            learn from all of them in turn, and average over all of them where they predict; other models heed
+            ``codes`` alone.
+    """
+
+    id: str
+    alignment: Alignment
+    codes: FrameCodes
+    targets: np.ndarray | None = None
+    valid: np.ndarray | None = None
+    alternatives: tuple[FrameCodes, ...] = ()
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A Gaussian a frame: ``mean`` (T, W, D) and ``variance``, which broadcasts to it, in squared parameter units."""
+
+    mean: np.ndarray
+    variance: np.ndarray
+
+
+class VisualModel(ABC):
+    """A system that drives the face.
+
+    ``fit`` starts anew each time; what it learnt is in ``state``, plain containers and arrays only.
+
+    Args:
+        table: the feature table of the labels.
+        clock: the trajectory clock.
+    """
+
+    reads_visemes: ClassVar[bool] = False
+    """Whether blocks of dynamic visemes in the table make a difference."""
+
+    def __init__(self, table: FeatureTable, clock: FrameClock) -> None:
+        self.table, self.clock = table, clock
+
+    @abstractmethod
+    def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
+        """Learn from the training examples; ``val`` chooses when to stop; ``folder`` keeps what a killed fit needs."""
+
+    @abstractmethod
+    def predict(self, example: Example) -> Prediction:
+        """Return the predicted streams of one utterance."""
+
+    def report(self, example: Example) -> dict[str, Any]:
+        """Return how the prediction of an utterance came about, as plain containers; nothing where that is no help."""
+        del example
+        return {}
+
+    def phone_durations(self, example: Example) -> np.ndarray | None:
+        """Return the expected frames (S,) of each segment of the tier ``phones``; None if the model learnt none."""
+        del example
+        return None
+
+    @abstractmethod
+    def state(self) -> dict[str, Any]:
+        """Return what was learnt as tensors and plain containers."""
+
+    @abstractmethod
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take over what another instance had learnt."""
+
+
+def pooled(examples: Sequence[Example]) -> np.ndarray:
+    """Return the targets of all valid frames, shape (frames, W, D)."""
+    return np.concatenate(list(_valid(examples)))
+
+
+def _valid(examples: Sequence[Example]) -> Iterator[np.ndarray]:
+    """Return the targets of each utterance's valid frames."""
+    return (e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None)
+
+
+def moments(examples: Sequence[Example]) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and standard deviation of the targets over all valid frames, both (W, D) float32.
+
+    Utterance by utterance: a large corpus is never copied.
+    """
+    count = sum(len(part) for part in _valid(examples))
+    mean = sum(part.sum(0, dtype=np.float64) for part in _valid(examples)) / count
+    square = sum(((part - mean) ** 2).sum(0) for part in _valid(examples)) / count
+    return mean.astype(np.float32), np.sqrt(square).astype(np.float32)

@@ -1,0 +1,86 @@
+"""Two networks that see different labels, and the mean of what they say."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+from dnnvss.errors import DnnvssError
+from dnnvss.features import FeatureTable
+from dnnvss.systems import Example, Prediction, VisualModel
+from dnnvss.systems.network import NetworkModel
+from dnnvss.timing import FrameClock
+from dnnvss.training.settings import FitSettings
+
+
+def without_visemes(table: FeatureTable) -> FeatureTable:
+    """Return the table without its blocks of dynamic visemes.
+
+    Raises:
+        DnnvssError: nothing is left.
+    """
+    return FeatureTable(tuple(b.name for b in table.blocks if b.family != "dv"), table.settings)
+
+
+class BlendedNetworks(VisualModel):
+    """The weighted mean of a network that sees all labels and one that sees no dynamic visemes.
+
+    Dynamic visemes that are predicted from text make movements as large as the talker's and are wrong now and then;
+    phones are always right and say less. Where the labels have no dynamic visemes the two networks differ in their
+    seeds alone: that is what the blend has to be compared with.
+
+    Args:
+        table: the feature table of the labels.
+        clock: the trajectory clock.
+        network: builds a network, see :class:`NetworkModel`.
+        settings: of both fits; seeds go on counting from one to the other.
+        weight: of the network that sees all labels, 0 to 1.
+        members: networks of each kind.
+
+    Raises:
+        DnnvssError: a weight outside 0 to 1.
+    """
+
+    reads_visemes = True
+
+    def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
+                 settings: FitSettings, weight: float = 0.5, members: int = 1) -> None:
+        super().__init__(table, clock)
+        if not 0 <= weight <= 1:
+            raise DnnvssError(f"model.weight={weight} is no share", remedy="Give a number from 0 to 1")
+        self.weight, self.phone_table = weight, without_visemes(table)
+        self.phones = NetworkModel(self.phone_table, clock, network, settings, members)
+        self.all = NetworkModel(table, clock, network, replace(settings, seed=settings.seed + members), members)
+
+    def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
+        """Fit both networks, each with its own early stopping; a killed fit goes on where it was."""
+        self.phones.fit([self._phones(e) for e in train], [self._phones(e) for e in val], folder / "phones")
+        self.all.fit(train, val, folder / "all")
+        errors = [(self._mean(e) - e.targets)[e.valid] for e in val]  # type: ignore[operator]
+        self.variance_ = np.concatenate(errors).astype(np.float64).var(0) + 1e-12
+
+    def predict(self, example: Example) -> Prediction:
+        """Return the mean streams of both and the error variance of that mean on the validation frames."""
+        mean = self._mean(example)
+        return Prediction(mean, np.broadcast_to(self.variance_, mean.shape))
+
+    def state(self) -> dict[str, Any]:
+        """Return the states of both networks and the error variance."""
+        return {"phones": self.phones.state(), "all": self.all.state(), "variance": torch.from_numpy(self.variance_)}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take over the states of both networks and the error variance."""
+        self.phones.load_state(state["phones"])
+        self.all.load_state(state["all"])
+        self.variance_ = state["variance"].numpy()
+
+    def _mean(self, example: Example) -> np.ndarray:
+        phones, every = self.phones.predict(self._phones(example)).mean, self.all.predict(example).mean
+        return (1 - self.weight) * phones + self.weight * every
+
+    def _phones(self, example: Example) -> Example:
+        return replace(example, codes=example.codes.with_table(self.phone_table), alternatives=())

@@ -1,0 +1,127 @@
+"""From a prepared corpus to the examples that models see."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.corpus import Corpus, Utterance
+from dnnvss.curves import Windows, derivatives, resample
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import EncodedCorpus
+from dnnvss.features import FeatureTable, encode
+from dnnvss.phones import SILENCES
+from dnnvss.systems import Example
+from dnnvss.timing import Alignment, FrameClock, Tier
+
+SPLITS = ("train", "val", "test")
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a system is trained on: labels, clock and streams.
+
+    Args:
+        table: the feature table.
+        clock: the trajectory clock.
+        windows: static and derivative windows of the targets.
+    """
+
+    table: FeatureTable
+    clock: FrameClock
+    windows: Windows
+
+    def example(self, utterance: Utterance, parameters: np.ndarray | None = None, valid: np.ndarray | None = None,
+                visemes: Sequence[Tier] = ()) -> Example:
+        """Return an utterance as models see it.
+
+        Args:
+            utterance: with the tiers ``phones`` and ``words``.
+            parameters: measured AAM parameters (F, D) at the source rate, or None at synthesis.
+            valid: (F,) bool, source frames that were measured.
+            visemes: tiers of dynamic visemes that may all be true; the first goes into the alignment, the others make
+                the alternatives. Where there is none, the utterance's own is used if the labels ask for it.
+        """
+        if visemes:
+            first, *others = (replace(utterance, alignment=utterance.alignment.with_tier(tier)) for tier in visemes)
+            example = self.example(first, parameters, valid)
+            alternatives = tuple(encode(u.alignment, u.text, self.table, self.clock) for u in others)
+            return replace(example, alternatives=alternatives)
+        codes = encode(utterance.alignment, utterance.text, self.table, self.clock)
+        if parameters is None or valid is None:
+            return Example(utterance.id, utterance.alignment, codes)
+        source = utterance.clock
+        static = resample(parameters, source, self.clock, count=len(codes))
+        nearest = np.minimum((self.clock.centres(len(codes)) * float(source.rate)).astype(int), len(valid) - 1)
+        return Example(utterance.id, utterance.alignment, codes, derivatives(static, self.windows).astype(np.float32),
+                       valid[nearest])
+
+
+def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,
+                   visemes: Mapping[str, Sequence[Tier]] | None = None,
+                   scratch: Path | None = None) -> dict[str, list[Example]]:
+    """Return the examples of ``train``, ``val`` and ``test``.
+
+    Args:
+        task: what the examples are for.
+        corpus, encoded: utterances and their parameters.
+        variant: of the split.
+        visemes: the tiers of each utterance, by id.
+        scratch: folder of a file without a name from which the targets are mapped, so that a corpus of many hours does
+            not fill the memory; in memory if left out.
+
+    Raises:
+        DnnvssError: a split has no utterance with a measured frame.
+    """
+    splits = {name: corpus.split(name, variant) for name in SPLITS}
+    for name, given in splits.items():
+        kept = [u for u in given if u.id not in encoded.dropped]
+        if not any(encoded.clip(u.id).valid.any() for u in kept):
+            raise DnnvssError(f"the split {name!r} has no measured frame: {len(kept)} utterances, and "
+                              f"{len(given) - len(kept)} left out (see above)", file=corpus.root,
+                              remedy="Mend or replace these clips, or give the split more of them, and prepare again")
+    return {name: _in(scratch, make_examples(task, given, encoded, visemes)) for name, given in splits.items()}
+
+
+def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:
+    if scratch is None:
+        return list(examples)
+    bare: list[Example] = []
+
+    def targets() -> Iterator[np.ndarray]:
+        for example in examples:
+            bare.append(replace(example, targets=None))
+            assert example.targets is not None
+            yield example.targets
+
+    whole = files.mapped(targets(), scratch)
+    ends = np.cumsum([len(e.codes) for e in bare])
+    return [replace(e, targets=whole[end - len(e.codes) : end]) for e, end in zip(bare, ends, strict=True)]
+
+
+def make_examples(task: Task, utterances: Sequence[Utterance], encoded: EncodedCorpus,
+                  visemes: Mapping[str, Sequence[Tier]] | None = None) -> Iterator[Example]:
+    """Return the examples of utterances, one after the other, without those that were not encoded."""
+    for u in utterances:
+        if u.id not in encoded.dropped:
+            clip = encoded.clip(u.id)
+            yield task.example(u, clip.parameters, clip.valid, visemes[u.id] if visemes else ())
+
+
+def word_frames(alignment: Alignment, clock: FrameClock, known: Collection[str]) -> np.ndarray:
+    """Return (T,) bool: True inside words that are not among the ``known`` ones."""
+    tier = alignment["words"]
+    return np.array([bool(w) and w not in known for w in tier.labels])[tier.frame_index(clock)]
+
+
+def speech_frames(alignment: Alignment, clock: FrameClock) -> np.ndarray:
+    """Return (T,) bool: True from the start of the first phone to the end of the last one that is not silence."""
+    tier = alignment["phones"]
+    spoken = [i for i, label in enumerate(tier.labels) if label not in SILENCES]
+    edges = tier.frame_edges(clock)
+    mask = np.zeros(edges[-1], dtype=bool)
+    if spoken:
+        mask[edges[spoken[0]] : edges[spoken[-1] + 1]] = True
+    return mask

@@ -1,0 +1,182 @@
+"""Real pieces of the recordings, chosen by the trajectory that a network predicts."""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+from dnnvss.errors import DnnvssError
+from dnnvss.features import FeatureTable
+from dnnvss.phones import PHONES
+from dnnvss.systems import Codebook, Example, Prediction, VisualModel
+from dnnvss.systems.base import pooled
+from dnnvss.systems.codebook import Choice, streams
+from dnnvss.systems.codebook_units import SAMPLES
+from dnnvss.systems.network import NetworkModel
+from dnnvss.timing import FrameClock
+from dnnvss.training.settings import FitSettings
+
+
+class GuidedCodebook(VisualModel):
+    """Recorded examples for each phone: near the network's trajectory, and fitting their neighbours.
+
+    A network moves less than the talker; its trajectory is first stretched about its mean to the deviation that the
+    validation frames have. The target cost of an example is the mean squared distance of that guide from it at five
+    equidistant points of the phone; the join cost of two examples is the squared distance between the end of the first
+    and the start of the second. Both are summed over parameters as they are, so that each counts by its significance.
+    The sequence of the least total cost is found by dynamic programming over the ``candidates`` nearest examples of
+    each phone. Beside the one on that path stand those that would cost least in its place; ``examples`` of them are
+    averaged, which takes chance out and, since all are near one guide, little movement. What is left of the jumps is
+    laid on straight ramps over half of each piece.
+
+    **Source**: Theobald and Wilkinson 2007, who suggest the choice; the costs are ours.
+
+    Args:
+        table: the feature table of the labels.
+        clock: the trajectory clock.
+        network: builds a network, see :class:`NetworkModel`.
+        settings: of the fit.
+        members: networks that are averaged.
+        candidates: examples of a phone that the search weighs.
+        examples: how many are averaged; 1 plays a single recording.
+        join: weight of the join costs.
+        cutoff: Hz of the codebook's smoothing spline; None leaves the joined trajectory as it is.
+
+    Raises:
+        DnnvssError: a setting is out of range.
+    """
+
+    reads_visemes = True
+
+    def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
+                 settings: FitSettings, members: int = 1, candidates: int = 150, examples: int = 3,
+                 join: float = 0.03, cutoff: float | None = 15) -> None:
+        super().__init__(table, clock)
+        if not 1 <= examples <= candidates or not join >= 0:
+            raise DnnvssError(f"model.candidates={candidates}, model.examples={examples}, model.join={join}",
+                              remedy="Give one example at least, as many candidates or more, and a weight of 0 or more")
+        self.candidates, self.examples, self.join = candidates, examples, join
+        self.network = NetworkModel(table, clock, network, settings, members)
+        self.book = Codebook(table, clock, examples=1, cutoff=cutoff)
+
+    def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
+        """Fit the network and keep the training trajectories."""
+        self.network.fit(train, val, folder / "network")
+        self.book.fit(train, val, folder)
+        predicted = np.concatenate([self.network.predict(e).mean[e.valid, 0] for e in val]).astype(np.float64)
+        self.centre_ = predicted.mean(axis=0)
+        self.stretch_ = pooled(val)[:, 0].std(axis=0, dtype=np.float64) / np.maximum(predicted.std(axis=0), 1e-12)
+        self._index()
+
+    def predict(self, example: Example) -> Prediction:
+        """Return the joined pieces and their derivatives; the variance is the codebook's."""
+        choices = self.choices(example)
+        frames = example.codes.arrays["phone_frames"].astype(np.int64)
+        ends = np.stack([self._samples[list(c.entries)].mean(axis=0, dtype=np.float64) for c in choices])
+        joined = _ramped(self.book.joined(example, choices), ends[1:, 0] - ends[:-1, -1], frames[frames > 0])
+        mean = streams(self.book.smoothed(joined), len(self.book.variance_))
+        return Prediction(mean, np.broadcast_to(0.01 * self.book.variance_, mean.shape))
+
+    def choices(self, example: Example) -> list[Choice]:
+        """Return the selection report: the examples that each phone with a frame is made of."""
+        guide = (self.network.predict(example).mean[:, 0] - self.centre_) * self.stretch_ + self.centre_
+        wanted = _sampled(guide, example)
+        rows = [self._nearest(code, points) for code, points in wanted]
+        path = self._path(rows)
+        return [self._choice(code, self._beside(rows[k], path, k)) for k, (code, _) in enumerate(wanted)]
+
+    def report(self, example: Example) -> dict[str, Any]:
+        """Return which sentence each phone came from."""
+        return {"selection": [c.described() for c in self.choices(example)]}
+
+    def state(self) -> dict[str, Any]:
+        """Return the states of the network and of the codebook, and how the network's trajectory is stretched."""
+        return {"network": self.network.state(), "book": self.book.state(),
+                "centre": torch.from_numpy(self.centre_), "stretch": torch.from_numpy(self.stretch_)}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take over the states of the network and of the codebook."""
+        self.network.load_state(state["network"])
+        self.book.load_state(state["book"])
+        self.centre_, self.stretch_ = state["centre"].numpy(), state["stretch"].numpy()
+        self._index()
+
+    def _index(self) -> None:
+        """Sample every example at five points, from its first moment to its last: (P, 5, D)."""
+        corpus = self.book.corpus_
+        places = corpus.first[:, None] - 0.5 + corpus.frames[:, None] * np.linspace(0, 1, SAMPLES)
+        self._samples = corpus.at(places, np.repeat(corpus.owner[:, None], SAMPLES, 1)).astype(np.float32)
+
+    def _nearest(self, code: int, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nearest examples (n,) of a phone to a guide sampled at five points (5, D), and their costs."""
+        entries = self.book.entries(code)
+        costs = ((self._samples[entries] - wanted) ** 2).mean(axis=1).sum(axis=1)
+        best = np.argsort(costs, kind="stable")[: self.candidates]
+        return entries[best], costs[best]
+
+    def _path(self, rows: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[int]:
+        """Return the examples of the least total cost, one of each row."""
+        total = rows[0][1]
+        back: list[np.ndarray] = []
+        for (before, _), (entries, costs) in pairwise(rows):
+            ends, starts = self._samples[before, -1], self._samples[entries, 0]
+            jumps = (ends**2).sum(axis=1)[:, None] + (starts**2).sum(axis=1) - 2 * ends @ starts.T
+            steps = total[:, None] + self.join * jumps
+            back.append(steps.argmin(axis=0))
+            total = steps.min(axis=0) + costs
+        last = int(total.argmin())
+        path = [last]
+        for pointers in reversed(back):
+            path.append(int(pointers[path[-1]]))
+        return [int(entries[k]) for (entries, _), k in zip(rows, reversed(path), strict=True)]
+
+    def _beside(self, row: tuple[np.ndarray, np.ndarray], path: Sequence[int], k: int) -> np.ndarray:
+        """Return the examples (n,) that cost least in place ``k`` of a path, its own first."""
+        entries, costs = row
+        costs = costs.astype(np.float64)
+        if k > 0:
+            costs += self.join * ((self._samples[path[k - 1], -1] - self._samples[entries, 0]) ** 2).sum(axis=1)
+        if k + 1 < len(path):
+            costs += self.join * ((self._samples[entries, -1] - self._samples[path[k + 1], 0]) ** 2).sum(axis=1)
+        costs[entries == path[k]] = -np.inf
+        return entries[np.argsort(costs, kind="stable")[: self.examples]]
+
+    def _choice(self, code: int, entries: np.ndarray) -> Choice:
+        corpus, share = self.book.corpus_, 1 / len(entries)
+        return Choice(PHONES[code], PHONES[int(corpus.code[entries[0]])], tuple(entries.tolist()),
+                      (share,) * len(entries), tuple(corpus.ids[u] for u in corpus.owner[entries]))
+
+
+def _ramped(static: np.ndarray, jumps: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Return joined pieces (T, D) whose jumps are laid on ramps over half of the piece on either side.
+
+    Args:
+        static: the pieces one after the other.
+        jumps: (pieces - 1, D), by how much each piece starts above the end of the one before it.
+        frames: (pieces,) how long each is.
+    """
+    edges = np.cumsum([0, *frames])
+    out = static.copy()
+    for k, jump in enumerate(jumps, start=1):
+        for piece, sign in ((k - 1, 0.5), (k, -0.5)):
+            away = np.abs(np.arange(edges[piece], edges[piece + 1]) + 0.5 - edges[k])
+            share = sign * np.maximum(0, 1 - 2 * away / frames[piece])
+            out[edges[piece] : edges[piece + 1]] += share[:, None] * jump
+    return out
+
+
+def _sampled(guide: np.ndarray, example: Example) -> list[tuple[int, np.ndarray]]:
+    """Return the code of each phone that has a frame, and the guide (T, D) at its five points (5, D)."""
+    arrays = example.codes.arrays
+    frames = np.arange(len(guide)) + 0.5
+    out = []
+    for code, start, count in zip(*(arrays[n].astype(int) for n in ("phone_code", "phone_start", "phone_frames")),
+                                  strict=True):
+        if count:
+            places = start + count * np.linspace(0, 1, SAMPLES)
+            out.append((int(code), np.stack([np.interp(places, frames, x) for x in guide.T], axis=1)))
+    return out

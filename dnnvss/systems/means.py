@@ -1,0 +1,60 @@
+"""Null models: what a network has to beat."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from dnnvss.phones import PHONES, phone_id
+from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
+
+
+class _TableModel(VisualModel):
+    """A model whose learnt state is a mean and a variance a class of frames, (classes, W, D) each."""
+
+    def classes(self, example: Example) -> np.ndarray:
+        """Return the class of each frame, shape (T,)."""
+        raise NotImplementedError
+
+    def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
+        """Average the training frames of each class; a class never seen takes the average of all frames."""
+        frames = pooled(train).astype(np.float64)
+        labels = np.concatenate([self.classes(e)[e.valid] for e in train])
+        self.mean_ = np.repeat(frames.mean(0)[None], len(PHONES), 0)
+        self.variance_ = np.repeat(frames.var(0)[None], len(PHONES), 0)
+        for k in np.unique(labels):
+            self.mean_[k] = frames[labels == k].mean(0)
+            if (labels == k).sum() > 1:
+                self.variance_[k] = np.maximum(frames[labels == k].var(0), 1e-4 * frames.var(0))
+
+    def predict(self, example: Example) -> Prediction:
+        """Return the mean and variance of each frame's class."""
+        labels = self.classes(example)
+        return Prediction(self.mean_[labels], self.variance_[labels])
+
+    def state(self) -> dict[str, Any]:
+        """Return the two tables."""
+        return {"mean": torch.from_numpy(self.mean_), "variance": torch.from_numpy(self.variance_)}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take over the two tables."""
+        self.mean_, self.variance_ = state["mean"].numpy(), state["variance"].numpy()
+
+
+class TrainingMean(_TableModel):
+    """The mean of all training frames, whatever is said."""
+
+    def classes(self, example: Example) -> np.ndarray:
+        """Return zero for every frame."""
+        return np.zeros(int(example.alignment["phones"].frame_edges(self.clock)[-1]), dtype=np.int64)
+
+
+class PhoneMean(_TableModel):
+    """The mean of the training frames of the current phone, without context."""
+
+    def classes(self, example: Example) -> np.ndarray:
+        """Return the phone code of every frame."""
+        tier = example.alignment["phones"]
+        return np.array([phone_id(p) for p in tier.labels])[tier.frame_index(self.clock)]

@@ -1,0 +1,240 @@
+"""A network behind the model interface: scaling, the fit, and prediction frame by frame."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
+from dnnvss.systems import Example, Prediction, VisualModel
+from dnnvss.systems.base import moments
+from dnnvss.systems.stacked import StackedNetworks
+from dnnvss.timing import FrameClock
+from dnnvss.training.batches import FrameBatches
+from dnnvss.training.refine import Clip, Join, refine
+from dnnvss.training.settings import LOG_VARIANCE, FitSettings
+
+_CHUNK = 4096  # frames a forward pass at prediction: bounds memory on an hour of text
+_STILL = 1e-4
+"""Least deviation of a coefficient as a share of the largest one: what hardly moves in training is not blown up."""
+
+
+class NetworkModel(VisualModel):
+    """A frame-wise network, or the mean of several, that predicts normalised streams from active columns.
+
+    Members differ in the seed of their weights, batches and dropout; where they disagree, each has learnt noise of its
+    own, and the mean of them is closer to the talker than any one.
+
+    Args:
+        table: the feature table of the labels.
+        clock: the trajectory clock.
+        network: builds the network from ``binary``, ``numeric``, ``active`` and ``out`` (see
+            :class:`dnnvss.systems.FeedForward`).
+        settings: of the fit.
+        members: how many networks are fitted and averaged.
+        variances: whether the networks predict a variance for every frame and output, by a second head of the last
+            layer. Scaled, for each stream and coefficient, so that they fit the errors on the validation frames.
+            Otherwise the variance of those errors stands for all frames.
+
+    Raises:
+        DnnvssError: less than one member.
+    """
+
+    reads_visemes = True
+
+    def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
+                 settings: FitSettings, members: int = 1, variances: bool = False) -> None:
+        super().__init__(table, clock)
+        if members < 1:
+            raise DnnvssError(f"model.members={members} is less than one", remedy="Give 1 or more")
+        self.build, self.settings, self.members, self.variances = network, settings, members, variances
+
+    def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
+        """Fit by gradient descent and keep the weights of the epoch with the least static error on ``val``.
+
+        A fit that was killed goes on from the last whole epoch kept in ``folder/checkpoints`` and ends with the same
+        weights as one that was not.
+        """
+        from dnnvss.training.fit import run_fit
+
+        self.mean_, deviation = moments(train)
+        self.deviation_ = np.maximum(deviation, _STILL * deviation.max(axis=1, keepdims=True) + 1e-8)
+        self.scaler_ = NumericScaler.fit(_store(train))
+        self.networks_: list[nn.Module] = []
+        sizes = {"streams": self.mean_.shape[0], "dimensions": self.mean_.shape[1]}
+        if self.settings.together and self.members > 1:
+            for k in range(self.members):
+                torch.manual_seed(self.settings.seed + k)
+                self.networks_.append(self._new_network())
+            stack = StackedNetworks(self.networks_)
+
+            def preview(example: Example) -> Prediction:
+                stack.unstack(self.networks_)
+                return self.predict(example)
+
+            run_fit(stack, self._batches(train, folder, self.settings.seed, self.members),
+                    self._batches(val, folder, members=self.members), self.settings, **sizes, folder=folder,
+                    preview=(val[0], preview))
+            stack.unstack(self.networks_)
+        for k in range(len(self.networks_), self.members):
+            settings = replace(self.settings, seed=self.settings.seed + k)
+            torch.manual_seed(settings.seed)
+            self.networks_.append(network := self._new_network())
+            home = folder / f"member_{k + 1}" if k else folder
+            run_fit(network, self._batches(train, home, settings.seed), self._batches(val, home), settings, **sizes,
+                    folder=home, preview=(val[0], self.predict))
+        for network in self.networks_:
+            network.eval()
+        self._fit_variance(val)
+
+    def refine(self, train: Sequence[Example], val: Sequence[Example], join: Join) -> None:
+        """Train the fitted networks on their generated trajectories: :func:`dnnvss.training.refine.refine`.
+
+        Args:
+            train, val: examples.
+            join: parameter generation of the task.
+        """
+        ours, held_out = [self._clip(e) for e in train], [self._clip(e) for e in val]
+        scale = torch.from_numpy(self.deviation_[0].astype(np.float32))
+        for k, network in enumerate(self.networks_):
+            network.cpu().train()
+            settings = replace(self.settings, seed=self.settings.seed + k)
+            losses = refine(network, ours, held_out, self._decode, join, scale, settings)
+            network.eval()
+            print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in losses))
+        self._fit_variance(val)
+
+    def predict(self, example: Example) -> Prediction:
+        """Return mean streams and variances: predicted ones, or those of the errors on the validation frames.
+
+        Members, and labels that may be true as well, are equal parts of a mixture, whose mean and variance are given.
+        """
+        mean, own, between = self._mixture(example)
+        return Prediction(mean, own if between is None else own + between)
+
+    def _mixture(self, example: Example) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Return the mean of the parts, the mean of their own variances and the variance of their means, (T, W, D).
+
+        The last is None where there is but one part, or variances are not predicted.
+        """
+        outputs = np.concatenate([self._forward(c) for c in (example.codes, *example.alternatives)])
+        parts = [self._decode(torch.from_numpy(o)) for o in outputs]
+        if len(parts) == 1:
+            return parts[0][0].numpy(), parts[0][1].numpy(), None
+        mean = torch.stack([m for m, _ in parts])
+        own = torch.stack([v for _, v in parts]).mean(0)
+        return mean.mean(0).numpy(), own.numpy(), mean.var(0, unbiased=False).numpy() if self.variances else None
+
+    def _decode(self, outputs: Tensor) -> tuple[Tensor, Tensor]:
+        """Return means and variances (frames, W, D), in parameter units, of outputs (frames, ...)."""
+        shape, size = (-1, *self.mean_.shape), self.mean_.size
+        centre, spread = (torch.from_numpy(a.astype(np.float32)) for a in (self.mean_, self.deviation_))
+        mean = outputs[:, :size].reshape(shape) * spread + centre
+        scale = torch.from_numpy(getattr(self, "variance_", self.deviation_**2))
+        if not self.variances:
+            return mean, scale.expand(mean.shape)
+        own = outputs[:, size:].reshape(shape).clamp(*LOG_VARIANCE).double().exp()
+        return mean, own * torch.from_numpy(self.deviation_.astype(np.float64)) ** 2 * scale
+
+    def _fit_variance(self, val: Sequence[Example]) -> None:
+        """Take the variance of the errors on the validation frames, or what predicted variances are to be scaled by."""
+        self.variance_ = np.ones(self.mean_.shape)
+        found = [(e.valid, e.targets, *self._mixture(e)) for e in val]
+        error = np.concatenate([(mean - targets)[valid] for valid, targets, mean, _, _ in found]).astype(np.float64)
+        if not self.variances:
+            self.variance_ = error.var(0) + 1e-12
+            return
+        own = np.concatenate([own[valid] for valid, _, _, own, _ in found]).astype(np.float64)
+        between = [between[valid] for valid, *_, between in found if between is not None]
+        self.variance_ = _scale(np.square(error), own, np.concatenate(between).astype(np.float64) if between else None)
+
+    def state(self) -> dict[str, Any]:
+        """Return weights, scalers and error variances."""
+        arrays = {"mean": self.mean_, "deviation": self.deviation_, "variance": self.variance_}
+        return {
+            "networks": [{k: v.detach().cpu() for k, v in n.state_dict().items()} for n in self.networks_],
+            "scaler": self.scaler_.describe(),
+            **{name: torch.from_numpy(np.ascontiguousarray(a)) for name, a in arrays.items()},
+        }
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take over weights, scalers and error variances."""
+        self.mean_, self.deviation_, self.variance_ = (state[n].numpy() for n in ("mean", "deviation", "variance"))
+        self.scaler_ = NumericScaler.from_description(state["scaler"])
+        self.networks_ = [self._new_network().eval() for _ in state["networks"]]
+        for network, weights in zip(self.networks_, state["networks"], strict=True):
+            network.load_state_dict(weights)
+
+    def _new_network(self) -> nn.Module:
+        return self.build(binary=self.table.binary_width, numeric=self.table.numeric_width,
+                          active=self.table.active_width, out=self.mean_.size * (2 if self.variances else 1))
+
+    def _batches(self, examples: Sequence[Example], folder: Path, seed: int | None = None,
+                 members: int = 1) -> FrameBatches:
+        """Return batches of targets, normalised as they are drawn.
+
+        Where the examples do not share one array already, it is mapped from a file without a name in ``folder``.
+        """
+        parts: list[np.ndarray] = [e.targets for e in examples]  # type: ignore[misc]
+        targets = files.shared(parts)
+        if targets is None:
+            targets = files.mapped((part.astype(np.float32, copy=False) for part in parts), folder)
+        valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
+        s = self.settings
+        drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
+        if seed is not None:
+            drawn = (s.batch_size, s.share, seed)
+        others = min(len(e.alternatives) for e in examples) if seed is not None else 0
+        return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(valid), -1), np.flatnonzero(valid),
+                            *drawn, members, normal=(self.mean_.ravel(), self.deviation_.ravel()),
+                            alternatives=[_store(examples, k) for k in range(others)])
+
+    def _clip(self, e: Example) -> Clip:
+        frames = np.arange(len(e.codes))
+        assert e.targets is not None and e.valid is not None
+        return Clip(torch.from_numpy(e.codes.active(frames)), torch.from_numpy(self.scaler_(e.codes.numeric(frames))),
+                    torch.from_numpy(np.ascontiguousarray(e.targets[:, 0])), torch.from_numpy(e.valid))
+
+    @torch.inference_mode(False)  # in which a network that is moved could not be trained any more
+    @torch.no_grad()
+    def _forward(self, codes: FrameCodes) -> np.ndarray:
+        """Return the outputs of every member, normalised, shape (members, T, W x D or twice as many)."""
+        device = next(self.networks_[-1].parameters()).device
+        training, out = [n.training for n in self.networks_], []
+        for network in self.networks_:
+            network.eval()
+        for start in range(0, len(codes), _CHUNK):
+            frames = np.arange(start, min(start + _CHUNK, len(codes)))
+            active = torch.from_numpy(codes.active(frames)).to(device)
+            numeric = torch.from_numpy(self.scaler_(codes.numeric(frames))).to(device)
+            outputs = torch.stack([n.to(device)(active, numeric).float() for n in self.networks_])
+            out.append(outputs.cpu().numpy())
+        for network, mode in zip(self.networks_, training, strict=True):
+            network.train(mode)
+        return np.concatenate(out, axis=1)
+
+
+def _scale(squares: np.ndarray, own: np.ndarray, between: np.ndarray | None) -> np.ndarray:
+    """Return s, where the mean over frames of ``squares / (s own + between)`` is 1, or as near to it as a small s gets.
+
+    All are (frames, W, D); s is (W, D).
+    """
+    alone = (squares / own).mean(0) + 1e-12
+    if between is None:
+        return alone
+    low, high = np.full(alone.shape, 1e-12), alone  # more than alone is never needed
+    for _ in range(60):
+        middle = np.sqrt(low * high)
+        above = (squares / (middle * own + between)).mean(0) > 1
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return np.sqrt(low * high)
+
+
+def _store(examples: Sequence[Example], alternative: int | None = None) -> CodeStore:
+    return CodeStore.join((e.id, e.codes if alternative is None else e.alternatives[alternative]) for e in examples)

@@ -1,0 +1,183 @@
+"""Dynamic visemes from phones: a network that sees phones and says what gesture may be going on, and a decoder."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from dnnvss.errors import DnnvssError
+from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
+from dnnvss.systems.feedforward import FeedForward
+from dnnvss.timing import Alignment, FrameClock, Tier
+from dnnvss.training.batches import FrameBatches
+from dnnvss.training.settings import FitSettings
+from dnnvss.visemes import DecodingSettings, Evidence, Grammar, sample, viseme_tier, viterbi
+
+_CHUNK = 4096  # frames a forward pass at prediction
+HEEDED = ("learning_rate", "weight_decay", "warmup", "batch_size", "epochs", "share", "clip", "seed")
+"""The settings of a fit that :meth:`UnitNetwork.fit` heeds; its optimiser is AdamW."""
+
+
+@dataclass(frozen=True)
+class UnitNetwork:
+    """Posteriors of units and of cuts in each frame. Build with :meth:`fit`.
+
+    Args:
+        table: the columns that it reads, none of them of dynamic visemes.
+        units: number of units U.
+        hidden: width of the layers.
+        network: columns to U + 1 logits.
+        scaler: of the numeric columns.
+    """
+
+    table: FeatureTable
+    units: int
+    hidden: tuple[int, ...]
+    network: FeedForward
+    scaler: NumericScaler
+
+    @classmethod
+    def fit(cls, train: Sequence[tuple[FrameCodes, np.ndarray]], val: Sequence[tuple[FrameCodes, np.ndarray]],
+            units: int, hidden: Sequence[int], dropout: float, settings: FitSettings) -> "UnitNetwork":
+        """Return the network of the epoch with the least loss on the validation utterances.
+
+        The loss is the cross-entropy of the unit of each frame plus that of whether a gesture begins with the frame.
+
+        Args:
+            train: frame codes, and the unit and cut (T, 2) of each frame, by utterance.
+            val: the same for choosing the epoch.
+            units: U.
+            hidden: width of each layer.
+            dropout: share of active columns left out in training.
+            settings: those named in :data:`HEEDED`.
+
+        Raises:
+            DnnvssError: the loss is not finite.
+        """
+        table = train[0][0].table
+        torch.manual_seed(settings.seed)
+        scaler = NumericScaler.fit(_store(train))
+        network = FeedForward(table.binary_width, table.numeric_width, table.active_width, units + 1, hidden,
+                              input_dropout=dropout)
+        made = cls(table, units, tuple(hidden), network, scaler)
+        batches = made._batches(train, settings, settings.seed)
+        held = made._batches(val, settings, None)
+        optimizer = torch.optim.AdamW(network.parameters(), settings.learning_rate,
+                                      weight_decay=settings.weight_decay, fused=True)
+        steps, rise = settings.epochs * len(batches) + 1, settings.warmup
+        if abs(rise * steps - 1) < 1e-6:  # a rise that ends where it begins is divided by
+            rise += 1e-3 / steps
+        schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, settings.learning_rate, total_steps=steps,
+                                                       pct_start=rise)
+        best, weights = np.inf, network.state_dict()
+        for epoch in range(settings.epochs):
+            batches.epoch = lambda epoch=epoch: epoch  # type: ignore[misc]
+            network.train()
+            for active, numeric, target in batches:
+                loss = made._loss(network(active, numeric), target)
+                optimizer.zero_grad()
+                loss.backward()
+                nn.utils.clip_grad_norm_(network.parameters(), settings.clip)
+                optimizer.step()
+                schedule.step()
+            network.eval()
+            with torch.inference_mode():
+                error = float(np.mean([float(made._loss(network(a, n), t)) for a, n, t in held]))
+            if not np.isfinite(error):
+                raise DnnvssError(f"the viseme network diverged in epoch {epoch} at learning rate "
+                                  f"{settings.learning_rate}", remedy="Lower visemes.predictor.fit.learning_rate")
+            if error < best:
+                best, weights = error, {k: v.clone() for k, v in network.state_dict().items()}
+        network.load_state_dict(weights)
+        return made
+
+    @torch.inference_mode()
+    def evidence(self, codes: FrameCodes) -> Evidence:
+        """Return what the frames of an utterance suggest; its codes may be those of any table."""
+        codes = codes.with_table(self.table)
+        out = []
+        for start in range(0, len(codes), _CHUNK):
+            frames = np.arange(start, min(start + _CHUNK, len(codes)))
+            numeric = torch.from_numpy(self.scaler(codes.numeric(frames)))
+            out.append(self.network(torch.from_numpy(codes.active(frames)), numeric).double())
+        logits = torch.cat(out)
+        return Evidence(logits[:, :-1].log_softmax(1).numpy(), logits[:, -1].numpy())
+
+    def state(self) -> dict[str, Any]:
+        """Return tensors and plain containers."""
+        return {"table": self.table.describe(), "units": self.units, "hidden": list(self.hidden),
+                "scaler": self.scaler.describe(), "weights": self.network.state_dict()}
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> "UnitNetwork":
+        """Return the network that :meth:`state` described."""
+        table = FeatureTable.from_description(state["table"])
+        network = FeedForward(table.binary_width, table.numeric_width, table.active_width, state["units"] + 1,
+                              state["hidden"])
+        network.load_state_dict(state["weights"])
+        return cls(table, state["units"], tuple(state["hidden"]), network.eval(),
+                   NumericScaler.from_description(state["scaler"]))
+
+    def _loss(self, logits: Tensor, target: Tensor) -> Tensor:
+        unit = nn.functional.cross_entropy(logits[:, :-1], target[:, 0].long())
+        return unit + nn.functional.binary_cross_entropy_with_logits(logits[:, -1], target[:, 1])
+
+    def _batches(self, pairs: Sequence[tuple[FrameCodes, np.ndarray]], settings: FitSettings,
+                 seed: int | None) -> FrameBatches:
+        targets = np.concatenate([t for _, t in pairs]).astype(np.float32)
+        drawn = (settings.batch_size, settings.share, seed) if seed is not None else (_CHUNK, 1.0, None)
+        return FrameBatches(_store(pairs), self.scaler, targets, np.arange(len(targets)), *drawn)
+
+
+def _store(pairs: Sequence[tuple[FrameCodes, np.ndarray]]) -> CodeStore:
+    return CodeStore.join((str(i), codes) for i, (codes, _) in enumerate(pairs))
+
+
+def unit_targets(tier: Tier, clock: FrameClock) -> np.ndarray:
+    """Return the unit of each frame and whether a gesture begins with it, (T, 2), of a tier ``visemes``."""
+    index = tier.frame_index(clock)
+    cuts = np.diff(index, prepend=index[0]) > 0
+    return np.stack([np.array([int(label) for label in tier.labels])[index], cuts], axis=1)
+
+
+def unit_sequence(tier: Tier, clock: FrameClock) -> tuple[np.ndarray, np.ndarray]:
+    """Return the units (G,) of a tier ``visemes`` and their frames (G,), without units that own no frame."""
+    frames = np.diff(tier.frame_edges(clock))
+    units = np.array([int(label) for label in tier.labels])
+    return units[frames > 0], frames[frames > 0]
+
+
+@dataclass(frozen=True)
+class VisemePredictor:
+    """Dynamic visemes from phones and context alone.
+
+    Args:
+        network: what each frame suggests.
+        grammar: bigram and durations.
+        decoding: what counts how much.
+        clock: of the frames.
+    """
+
+    network: UnitNetwork
+    grammar: Grammar
+    decoding: DecodingSettings
+    clock: FrameClock
+
+    def tier(self, codes: FrameCodes, alignment: Alignment) -> Tier:
+        """Return the most likely tier ``visemes`` of an utterance; ``codes`` are its frame codes, of any table."""
+        return self._tier(*viterbi(self.network.evidence(codes), self.grammar, self.decoding), alignment)
+
+    def samples(self, codes: FrameCodes, alignment: Alignment, count: int, seed: int = 0) -> list[Tier]:
+        """Return tiers drawn with the probability that the model gives them."""
+        drawn = sample(self.network.evidence(codes), self.grammar, self.decoding, count, seed)
+        return [self._tier(edges, units, alignment) for edges, units in drawn]
+
+    def with_decoding(self, decoding: DecodingSettings) -> "VisemePredictor":
+        """Return the predictor with other weights of the decoder."""
+        return replace(self, decoding=decoding)
+
+    def _tier(self, edges: np.ndarray, units: np.ndarray, alignment: Alignment) -> Tier:
+        return viseme_tier(edges, units, self.clock, (alignment.start, alignment.end))

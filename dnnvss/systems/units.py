@@ -1,0 +1,289 @@
+"""Dynamic visemes of a run: learnt on its training clips, predicted from text, kept with the corpus and in the run.
+
+Units that are cut from an utterance's own video are *oracle* units: nobody has them at synthesis. Units that come from
+text and phone times alone are *predicted*. Training utterances get predicted units from predictors that have not seen
+them, so that a network can learn to live with their errors.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from dnnvss import files
+from dnnvss.corpus import Corpus, Utterance
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import EncodedCorpus
+from dnnvss.features import FeatureTable, FrameCodes, encode
+from dnnvss.systems import Example
+from dnnvss.systems.examples import SPLITS
+from dnnvss.systems.unit_network import HEEDED, UnitNetwork, VisemePredictor, unit_sequence, unit_targets
+from dnnvss.timing import Alignment, FrameClock, Tier
+from dnnvss.training import FitSettings
+from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
+from dnnvss.training.settings import SHARING
+from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, gesture_view, learn, unit_scores
+from dnnvss.visemes.corpus import viseme_clips, viseme_settings
+
+_ALGORITHM = 1
+"""Raised when the code changes what it computes, so that old caches are not taken for new."""
+SOURCES = {"predicted": "dynamic visemes predicted from text",
+           "oracle": "dynamic visemes cut from the test video (oracle)"}
+TRAINING = ("oracle", "predicted", "mixed")
+
+
+@dataclass(frozen=True)
+class PredictorSettings:
+    """How dynamic visemes are predicted from phones.
+
+    Args:
+        table: the columns that the network reads.
+        fit: how it is fitted.
+        decoding: weights of the decoder.
+        hidden: width of its layers.
+        dropout: share of active columns left out in training.
+        folds: training clips are predicted by as many networks, each fitted without them.
+    """
+
+    table: FeatureTable
+    fit: FitSettings
+    decoding: DecodingSettings
+    hidden: tuple[int, ...]
+    dropout: float
+    folds: int
+
+    @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> "PredictorSettings":
+        """Return the settings of the part ``predictor`` of a ``conf/visemes`` file.
+
+        Raises:
+            DnnvssError: fewer than two folds, blocks of dynamic visemes among those that are to predict them, or a
+                setting of the fit that would not be heeded.
+        """
+        if unheeded := sorted(set(config["fit"]) - set(HEEDED)):
+            raise DnnvssError(f"visemes.predictor.fit.{unheeded[0]} is no setting of this fit",
+                              remedy=f"Use some of {', '.join(HEEDED)}")
+        window = {key: config[key] for key in ("window_before", "window_after")}
+        table = FeatureTable.from_config({**window, "blocks": config["blocks"]})
+        if table.uses_visemes or config["folds"] < 2:
+            raise DnnvssError("visemes.predictor: dynamic visemes are predicted from phones, in two folds or more",
+                              remedy="Leave viseme blocks out, and set folds to 2 or more")
+        return cls(table, FitSettings(**config["fit"]), DecodingSettings(**config["decoding"]),
+                   tuple(config["hidden"]), float(config["dropout"]), int(config["folds"]))
+
+
+@dataclass(frozen=True)
+class UnitPlan:
+    """What ``conf/visemes`` asks for.
+
+    Args:
+        learning: how units are learnt.
+        predictor: how they are predicted.
+        source: whence an utterance has its units when it is tested or spoken: one of :data:`SOURCES`.
+        training: whence in training: one of :data:`TRAINING`.
+        samples: how many sequences are drawn beside the most likely one when an utterance is tested or spoken; the
+            network averages over all of them.
+
+    Raises:
+        DnnvssError: a word that is not known, or fewer samples than none.
+    """
+
+    learning: VisemeSettings
+    predictor: PredictorSettings
+    source: str
+    training: str
+    samples: int
+
+    def __post_init__(self) -> None:
+        for name, allowed in (("source", tuple(SOURCES)), ("training", TRAINING)):
+            if (value := getattr(self, name)) not in allowed:
+                raise DnnvssError(f"visemes.{name}={value!r}", remedy=f"Use one of {', '.join(allowed)}")
+        if self.samples < 0:
+            raise DnnvssError(f"visemes.samples={self.samples}", remedy="Give 0 or more")
+
+    @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> "UnitPlan":
+        """Return the plan of a file of ``conf/visemes``."""
+        return cls(viseme_settings(config), PredictorSettings.from_config(config["predictor"]), config["source"],
+                   config["training"], int(config["samples"]))
+
+    @property
+    def key(self) -> str:
+        """A hash of what the units and their prediction depend on."""
+        p = self.predictor
+        fit = {name: value for name, value in asdict(p.fit).items() if name not in SHARING}
+        made = [_ALGORITHM, asdict(self.learning), p.table.hash, fit, asdict(p.decoding), p.hidden, p.dropout,
+                p.folds, self.samples]
+        return hashlib.sha256(json.dumps(made).encode()).hexdigest()[:12]
+
+
+@dataclass(frozen=True)
+class UnitModel:
+    """The units of a talker and their predictor.
+
+    Args:
+        visemes: the units.
+        predictor: text to units.
+        samples: see :class:`UnitPlan`.
+    """
+
+    visemes: Visemes
+    predictor: VisemePredictor
+    samples: int
+
+    def tiers(self, utterance: Utterance, codes: FrameCodes | None = None) -> list[Tier]:
+        """Return the predicted tiers of an utterance: the most likely one, and as many more as ``samples`` says."""
+        alignment = utterance.alignment
+        if codes is None:
+            codes = encode(alignment, utterance.text, self.predictor.network.table, self.predictor.clock)
+        drawn = self.predictor.samples(codes, alignment, self.samples) if self.samples else []
+        return [self.predictor.tier(codes, alignment), *drawn]
+
+    def save(self, path: Path) -> None:
+        """Write tensors and plain containers."""
+        p = self.predictor
+        save_checkpoint(path, _tensors({
+            "visemes": self.visemes.describe(), "network": p.network.state(), "grammar": p.grammar.describe(),
+            "decoding": asdict(p.decoding), "clock": str(p.clock), "samples": self.samples}))
+
+    @classmethod
+    def load(cls, path: Path) -> "UnitModel":
+        """Return what :meth:`save` wrote.
+
+        Raises:
+            DnnvssError: the file is missing or damaged.
+        """
+        s = load_checkpoint(path)
+        predictor = VisemePredictor(UnitNetwork.from_state(s["network"]), Grammar.from_description(s["grammar"]),
+                                    DecodingSettings(**s["decoding"]), FrameClock(s["clock"]))
+        return cls(Visemes.from_description(s["visemes"]), predictor, s["samples"])
+
+
+@dataclass(frozen=True)
+class CorpusUnits:
+    """The dynamic visemes of a corpus.
+
+    Args:
+        model: units and predictor, from the training utterances.
+        oracle: the tier cut from the video, of each utterance by id.
+        predicted: those predicted from text; of training utterances the most likely one alone.
+    """
+
+    model: UnitModel
+    oracle: dict[str, Tier]
+    predicted: dict[str, list[Tier]]
+
+    def tiers(self, plan: UnitPlan, train: Iterable[str]) -> dict[str, list[Tier]]:
+        """Return the tiers that each utterance has under a plan; ``train`` are the training utterances."""
+        learning = set(train)
+        return {i: self._tiers(i, plan.training if i in learning else plan.source) for i in self.oracle}
+
+    def other_source(self, plan: UnitPlan) -> tuple[str, dict[str, list[Tier]]]:
+        """Return the source that the plan does not use, one of :data:`SOURCES`, and the tiers that it gives."""
+        other = "oracle" if plan.source == "predicted" else "predicted"
+        return other, {i: self._tiers(i, other) for i in self.oracle}
+
+    def _tiers(self, utterance: str, source: str) -> list[Tier]:
+        oracle, predicted = [self.oracle[utterance]], self.predicted[utterance]
+        return {"oracle": oracle, "predicted": predicted, "mixed": oracle + predicted}[source]
+
+
+def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock,
+                 plan: UnitPlan) -> CorpusUnits:
+    """Return the dynamic visemes of a corpus; they are kept beside its AAM codes for later runs.
+
+    Args:
+        corpus: with phone times.
+        encoded: its AAM parameters.
+        variant: of the splits; units and predictor are learnt on the training split alone.
+        clock: of the trajectories.
+        plan: see :class:`UnitPlan`; ``source`` and ``training`` do not matter here.
+    """
+    folder = corpus.root / "visemes" / f"{encoded.key}-{plan.key}-{str(clock).replace('/', '_')}"
+    if (folder / "tiers.json").is_file():
+        kept = files.read_json(folder / "tiers.json")
+        return CorpusUnits(UnitModel.load(folder / "units.pt"), {i: _tier(t["oracle"]) for i, t in kept.items()},
+                           {i: [_tier(x) for x in t["predicted"]] for i, t in kept.items()})
+    made = _learn(corpus, encoded, variant, clock, plan)
+    made.model.save(folder / "units.pt")
+    files.write_json(folder / "tiers.json", {i: {"oracle": _plain(made.oracle[i]),
+                                                 "predicted": [_plain(t) for t in made.predicted[i]]}
+                                             for i in made.oracle})
+    return made
+
+
+def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan) -> CorpusUnits:
+    clips = {name: viseme_clips(corpus.split(name, variant), encoded, clock) for name in SPLITS}
+    visemes = learn(list(clips["train"].values()), clock, plan.learning,
+                    gesture_view(encoded.model, plan.learning.gestures))
+    print(f"dynamic visemes: {len(visemes)} units from {len(clips['train'])} utterances")
+    oracle = {i: visemes.tier(clip) for part in clips.values() for i, clip in part.items()}
+    codes = {i: encode(corpus.utterances[i].alignment, corpus.utterances[i].text, plan.predictor.table, clock)
+             for i in oracle}
+    train, val = list(clips["train"]), list(clips["val"])
+    if len(train) < plan.predictor.folds or not val:
+        raise DnnvssError(f"{len(train)} training and {len(val)} validation utterances are too few to predict dynamic "
+                          f"visemes in {plan.predictor.folds} folds", file=corpus.root,
+                          remedy="Record more, lower visemes.predictor.folds, or train with labels of phones alone")
+    predicted: dict[str, list[Tier]] = {}
+
+    steps = tqdm(range(plan.predictor.folds + 1), "predicting dynamic visemes", unit=" fits", leave=False)
+    for fold in steps:
+        held = set(train[fold :: plan.predictor.folds]) if fold < plan.predictor.folds else set()
+        seen = [i for i in train if i not in held]
+        predictor = _fit_predictor(seen, val, codes, oracle, len(visemes), clock, plan.predictor)
+        predicted |= {i: [predictor.tier(codes[i], corpus.utterances[i].alignment)] for i in held}
+    model = UnitModel(visemes, predictor, plan.samples)
+    predicted |= {i: model.tiers(corpus.utterances[i], codes[i]) for i in oracle if i not in predicted}
+    return CorpusUnits(model, oracle, predicted)
+
+
+def _fit_predictor(train: Sequence[str], val: Sequence[str], codes: Mapping[str, FrameCodes],
+                   oracle: Mapping[str, Tier], units: int, clock: FrameClock,
+                   settings: PredictorSettings) -> VisemePredictor:
+    seen, held = ([(codes[i], unit_targets(oracle[i], clock)) for i in ids] for ids in (train, val))
+    network = UnitNetwork.fit(seen, held, units, settings.hidden, settings.dropout, settings.fit)
+    grammar = Grammar.of([unit_sequence(oracle[i], clock) for i in train], units)
+    return VisemePredictor(network, grammar, settings.decoding, clock)
+
+
+def unit_notes(units: CorpusUnits, plan: UnitPlan, test: Sequence[Example], folder: Path) -> list[str]:
+    """Return what the page of results has to say about units; writes ``units.json`` and the numbers in it.
+
+    The first note tells whence the units are that the sentences were tested with. The second tells how well those that
+    are predicted from text agree with those cut from the video, whichever were used.
+    """
+    clock, predictor = units.model.predictor.clock, units.model.predictor
+    pairs = [(predictor.tier(e.codes, e.alignment), units.oracle[e.id]) for e in test]
+    s = unit_scores(pairs, clock)
+    agreement = {"frames": s.frames, "moving": s.moving, "sequence": s.sequence, "error": s.error,
+                 "f1": {str(n): value for n, value in s.f1.items()}}
+    files.write_json(folder / "units.json", {"source": plan.source, "training": plan.training, "samples": plan.samples,
+                                             "units": len(units.model.visemes), "predicted": agreement})
+    f1 = ", ".join(f"{value:.3f} within {n} frames" for n, value in s.f1.items())
+    text = (f"{len(units.model.visemes)} dynamic visemes, learnt from {plan.training} units. Those predicted from "
+            f"text, against those cut from the test video: right in {s.frames:.3f} of all frames and {s.moving:.3f} of "
+            f"those in which the face moves, sequence accuracy {s.sequence:.3f}, boundary F1 {f1} of {clock} a second, "
+            f"boundary error {s.error:.1f} ms.")
+    return [SOURCES[plan.source], text]
+
+
+def _plain(tier: Tier) -> dict[str, Any]:
+    return Alignment([tier]).to_json()["visemes"]
+
+
+def _tier(plain: Mapping[str, Any]) -> Tier:
+    return Alignment.from_json({"visemes": dict(plain)})["visemes"]
+
+
+def _tensors(value: Any) -> Any:
+    """Return nested containers with their arrays as tensors."""
+    if isinstance(value, dict):
+        return {key: _tensors(v) for key, v in value.items()}
+    return torch.from_numpy(value) if isinstance(value, np.ndarray) else value

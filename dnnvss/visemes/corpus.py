@@ -1,0 +1,44 @@
+"""The clips of an encoded corpus, as gestures are learnt from them."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from dnnvss import files
+from dnnvss.corpus import Corpus, Utterance
+from dnnvss.curves import resample
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import EncodedCorpus
+from dnnvss.timing import FrameClock
+from dnnvss.visemes.units import Clip, VisemeSettings, aligned_clip
+
+_NOT_LEARNING = ("name", "source", "training", "samples", "predictor")
+
+
+def viseme_settings(config: Mapping[str, Any]) -> VisemeSettings:
+    """Return how units are learnt, from a file of ``conf/visemes``."""
+    return VisemeSettings.from_config({key: value for key, value in config.items() if key not in _NOT_LEARNING})
+
+
+def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock: FrameClock) -> dict[str, Clip]:
+    """Return the clip of each utterance that was encoded, by id, its parameters brought to the trajectory clock."""
+    clips = {}
+    for utterance in utterances:
+        if utterance.id not in encoded.dropped:
+            edges = utterance.alignment["phones"].frame_edges(clock)
+            parameters = encoded.clip(utterance.id).parameters.astype(float)
+            trajectory = resample(parameters, utterance.clock, clock, count=int(edges[-1] - edges[0]))
+            clips[utterance.id] = aligned_clip(trajectory, utterance.alignment, clock)
+    return clips
+
+
+def newest_encoding(corpus: Corpus) -> EncodedCorpus:
+    """Return the encoding of a corpus that was finished last.
+
+    Raises:
+        DnnvssError: there is none.
+    """
+    reports = sorted((corpus.root / "aam").glob("*/report.json"), key=lambda p: p.stat().st_mtime)
+    if not reports:
+        raise DnnvssError("was not encoded yet", file=corpus.root / "aam",
+                          remedy="Train a system first: python train.py")
+    return EncodedCorpus(reports[-1].parent, reports[-1].parent.name, {}, files.read_json(reports[-1])["dropped"])

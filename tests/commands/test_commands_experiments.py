@@ -1,0 +1,66 @@
+"""Every experiment composes, and the ends of what it sweeps over can be built."""
+
+from itertools import product
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from dnnvss.errors import DnnvssError
+from dnnvss.runs.run import make_model, make_task
+
+CONF = ROOT / "conf"
+EXPERIMENTS = sorted(p.stem for p in (CONF / "experiment").glob("*.yaml"))
+MODELS = sorted(p.stem for p in (CONF / "model").glob("*.yaml"))
+
+
+def _swept(path: Path) -> dict[str, list[str]]:
+    """Return what an experiment sweeps over: a setting to its first and last value."""
+    params = OmegaConf.select(OmegaConf.load(path), "hydra.sweeper.params") or {}
+    return {str(key): _split(str(values))[:: max(len(_split(str(values))) - 1, 1)] for key, values in params.items()}
+
+
+def _split(values: str) -> list[str]:
+    """Return values parted by the commas outside brackets."""
+    parts, depth = [""], 0
+    for letter in values:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "," and not depth:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
+    swept = _swept(CONF / "experiment" / f"{name}.yaml")
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        for values in product(*swept.values()):
+            chosen = [f"{key}={value}" for key, value in zip(swept, values, strict=True)]
+            config = compose("train", [f"experiment={name}", *chosen])
+            task = make_task(config)
+            assert make_model(config, task).table is task.table
+
+
+@pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
+                                            ("model.members=0", "model.members=0 is less than one")])
+def test_a_setting_that_the_model_refuses_is_named_as_it_stands(wrong: str, message: str) -> None:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose("train", [wrong])
+    with pytest.raises(DnnvssError, match=message):
+        make_model(config, make_task(config))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_model_that_does_not_look_at_dynamic_visemes_refuses_them(model: str) -> None:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose("train", [f"model={model}", "labels=ph_dv"])
+    task = make_task(config)
+    if model in ("feedforward", "gaussian", "blend", "guided"):
+        assert make_model(config, task).reads_visemes
+    else:
+        with pytest.raises(DnnvssError, match=f"model={model} does not look at.*labels=ph_dv.*labels=ph_d"):
+            make_model(config, task)

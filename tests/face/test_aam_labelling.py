@@ -1,0 +1,191 @@
+"""Labels by hand: schemes, guesses, the folder of labels, other tools' files, and what looks wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from face.aam_cases import SIZE, face, picture
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.labelling.doubts import doubts
+from dnnvss.face.aam.labelling.guess import moving_mouth, place
+from dnnvss.face.aam.labelling.imports import import_into
+from dnnvss.face.aam.labelling.schemes import SCHEMES, find_scheme
+from dnnvss.face.aam.labelling.sheet import Label, Sheet, write_picture
+from dnnvss.formats.landmarks import LAYOUT_68, read_pts, write_pts
+
+GROUPS = {"lips": (0, 4), "jaw": (4, 6)}
+POINTS = np.array([[30, 40], [40, 36], [50, 40], [40, 44], [28, 60], [52, 60]], dtype=float)
+
+
+def sheet(folder: Path, count: int = 3, done: bool = False) -> Sheet:
+    labels = []
+    for i in range(count):
+        labels.append(Label("a.mp4", i, f"a_{i}.png", f"a_{i}.pts"))
+        write_picture(folder / f"a_{i}.png", picture(i))
+        write_pts(folder / f"a_{i}.pts", POINTS + i)
+    names = frozenset(each.image for each in labels) if done else frozenset()
+    return Sheet(folder, GROUPS, tuple(labels), names, "own", "videos").save()
+
+
+def test_schemes_have_the_points_that_papers_and_tools_count() -> None:
+    assert SCHEMES["ibug68"].groups == LAYOUT_68 and len(SCHEMES["face100"]) == 100
+    small = SCHEMES["lips_jaw_nostrils"].groups
+    assert sum(small[g][1] - small[g][0] for g in ("lips_outer", "lips_inner", "jaw", "nose_base")) == 34
+    for scheme in SCHEMES.values():
+        layout = {g: scheme.layout[a:b] for g, (a, b) in scheme.groups.items()}
+        assert layout["lips_outer"][0, 0] == layout["lips_outer"][:, 0].min()  # from the left corner
+        assert layout["lips_outer"][2, 1] < layout["lips_outer"][0, 1]  # over the top
+        assert np.sort(scheme.layout[:, 0]) == pytest.approx(np.sort(-scheme.layout[:, 0]))  # a mirror image
+        assert layout["right_eye"][:, 0].max() < 0 < layout["left_eye"][:, 0].min()
+    with pytest.raises(DnnvssError, match=r"no scheme of points 'x'.*ibug68"):
+        find_scheme("x")
+
+
+def test_a_guess_lies_on_the_mouth_that_moves_or_in_the_middle() -> None:
+    scheme = SCHEMES["lips_jaw_nostrils"]
+    frames = np.stack([picture(o) for o in 3 + 3 * np.sin(np.arange(12))])
+    mouth = moving_mouth(frames.mean(axis=-1).astype(np.uint8))
+    assert mouth == pytest.approx((48, 51), abs=4)
+    guess = place(scheme, frames[0], mouth)
+    lips = guess.points[slice(*scheme.groups["lips_outer"])]
+    assert lips.mean(axis=0) == pytest.approx(mouth) and guess.how == "where the picture moves"
+    assert moving_mouth(np.repeat(frames[:1, ..., 0], 5, axis=0)) is None
+    still = place(scheme, frames[0], None)
+    assert still.how == "middle of the picture" and still.points[:, 0].mean() == pytest.approx(SIZE[1] / 2, abs=1)
+
+
+def test_a_detector_places_the_layout_on_the_largest_face() -> None:
+    class Detector:
+        def detectMultiScale(self, grey: np.ndarray, *_: float) -> list[tuple[int, int, int, int]]:  # noqa: N802
+            assert grey.shape == SIZE
+            return [(0, 0, 10, 10), (20, 10, 50, 50)]
+
+    scheme = SCHEMES["ibug68"]
+    guess = place(scheme, picture(0), None, Detector())
+    pupils = [guess.points[slice(*scheme.groups[g])].mean(axis=0) for g in ("right_eye", "left_eye")]
+    assert np.mean(pupils, axis=0) == pytest.approx([45, 29.5]) and guess.how == "face detector"
+    assert pupils[1][0] - pupils[0][0] == pytest.approx(20)
+
+
+def test_points_written_are_read_back_and_finished_ones_are_known(tmp_path: Path) -> None:
+    before = sheet(tmp_path)
+    moved = POINTS + np.array([0.25, -1])
+    after = before.write("a_1.png", moved, done=True)
+    again = Sheet.open(tmp_path)
+    assert again == after and again.done == {"a_1.png"}
+    assert again.read(again.label("a_1.png")) == pytest.approx(moved)
+    assert files.read_json(tmp_path / "labels.json")["groups"] == {"lips": [0, 4], "jaw": [4, 6]}
+    with pytest.raises(DnnvssError, match=r"a_0\.pts: its points are still a guess"):
+        again.finished()
+    assert sheet(tmp_path, done=True).finished().shape == (3, 6, 2)
+
+
+@pytest.mark.parametrize("points, message", [
+    (POINTS[:5], r"a_0\.pts: holds 5 points, and the labels have 6"),
+    (np.where(np.arange(6)[:, None] == 5, np.nan, POINTS), r"a_0\.pts: jaw 1 is \[nan, nan\]"), (None, "no such file")])
+def test_labels_that_do_not_fit_are_refused_by_file(tmp_path: Path, points: np.ndarray | None, message: str) -> None:
+    whole = sheet(tmp_path)
+    if points is None:
+        (tmp_path / "a_0.pts").unlink()
+    else:
+        write_pts(tmp_path / "a_0.pts", points)
+    with pytest.raises(DnnvssError, match=message):
+        whole.read(whole.labels[0])
+    if points is not None:
+        before = (tmp_path / "a_1.pts").read_bytes()
+        with pytest.raises(DnnvssError, match=message.replace("a_0", "a_1")):
+            whole.write("a_1.png", points, done=True)
+        assert (tmp_path / "a_1.pts").read_bytes() == before
+
+
+def test_a_folder_without_labels_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DnnvssError, match=r"labels\.json: no such file.*label choose"):
+        Sheet.open(tmp_path)
+    sheet(tmp_path)
+    value = files.read_json(tmp_path / "labels.json")
+    files.write_json(tmp_path / "labels.json", {**value, "labels": value["labels"][:1] * 2})
+    with pytest.raises(DnnvssError, match="1 different ones"):
+        Sheet.open(tmp_path)
+
+
+def labelme(named: list[tuple[str, list]]) -> dict:
+    shapes = [{"label": n, "points": p, "shape_type": "point" if len(p) == 1 else "polygon"} for n, p in named]
+    return {"version": "5.4.1", "shapes": shapes, "imagePath": "frames/a_1.png", "imageHeight": 80, "imageWidth": 96}
+
+
+def coco(points: np.ndarray) -> dict:
+    row = np.column_stack([points, np.full(6, 2)]).ravel().tolist()
+    return {"images": [{"id": 7, "file_name": "a_1.png"}], "categories": [],
+            "annotations": [{"id": 1, "image_id": 7, "keypoints": row}, {"id": 2, "image_id": 7}]}
+
+
+def via(points: np.ndarray) -> dict:
+    regions = [{"shape_attributes": {"name": "point", "cx": x, "cy": y}, "region_attributes": {}} for x, y in points]
+    return {"_via_settings": {}, "_via_img_metadata": {"a_1.png123": {"filename": "a_1.png", "size": 123,
+                                                                      "regions": regions}}}
+
+
+MOVED = POINTS + np.array([0.5, 2])
+SINGLE = [(f"lips {i}" if i < 4 else f"jaw_{i - 4}", [MOVED[i].tolist()]) for i in (5, 4, 3, 2, 1, 0)]
+
+
+@pytest.mark.parametrize("value", [
+    labelme(SINGLE), labelme([("lips", MOVED[:4].tolist()), ("4", [MOVED[4].tolist()]), ("5", [MOVED[5].tolist()])]),
+    labelme([("jaw", [p.tolist()]) for p in MOVED[4:]] + [("lips", MOVED[:4].tolist())]), coco(MOVED), via(MOVED),
+    via(MOVED)["_via_img_metadata"]])
+def test_files_of_labelling_tools_are_read(tmp_path: Path, value: dict) -> None:
+    sheet(tmp_path)
+    (tmp_path / "tool.json").write_text(json.dumps(value))
+    after, names = import_into(Sheet.open(tmp_path), tmp_path / "tool.json")
+    assert names == ["a_1.png"] and after.done == {"a_1.png"}
+    assert read_pts(tmp_path / "a_1.pts") == pytest.approx(MOVED)
+    assert read_pts(tmp_path / "a_0.pts") == pytest.approx(POINTS)
+
+
+@pytest.mark.parametrize("value, message", [
+    (labelme(SINGLE[1:]), r"tool\.json: picture a_1\.png: jaw 1 is missing"),
+    (labelme([*SINGLE, SINGLE[0]]), r"point 'jaw_1' is one too many"),
+    (labelme([("chin", [[1, 2]])]), "point 'chin' is unknown"),
+    (labelme([("jaw", [[1, 2]] * 3)]), "point 'jaw' is one too many"),
+    ({**labelme(SINGLE), "imagePath": "b.png"}, r"names the picture 'b\.png'"),
+    (coco(POINTS[:5].repeat([1, 1, 1, 1, 2], axis=0) * np.nan), "lips 0 is"),
+    ({**coco(POINTS), "images": []}, "belongs to no picture"), ({"a": 1}, "no JSON of a labelling tool"),
+    ([1], "no JSON of a labelling tool"), ({**coco(POINTS), "annotations": []}, "holds no points")])
+def test_files_that_do_not_fit_are_refused_and_nothing_is_written(tmp_path: Path, value: dict, message: str) -> None:
+    sheet(tmp_path)
+    (tmp_path / "tool.json").write_text(json.dumps(value))
+    with pytest.raises(DnnvssError, match=message):
+        import_into(Sheet.open(tmp_path), tmp_path / "tool.json")
+    assert read_pts(tmp_path / "a_1.pts") == pytest.approx(POINTS + 1) and not Sheet.open(tmp_path).done
+
+
+def test_labels_that_look_wrong_are_found(tmp_path: Path) -> None:
+    random = np.random.default_rng(1)
+    whole = sheet(tmp_path, 8, done=True)
+    for i, label in enumerate(whole.labels):
+        whole = whole.write(label.image, POINTS + random.normal(0, 0.3, POINTS.shape) + (i, 0), done=i != 6)
+    assert [(d.image, d.problem) for d in doubts(whole)] == [("a_6.png", "not finished")]
+    swapped = POINTS[[2, 1, 0, 3, 4, 5]] + (3, 0)  # the corners of the mouth, each in the other's place
+    whole = whole.write("a_3.png", swapped, True)
+    whole = whole.write("a_4.png", POINTS + np.array([4, 60]), True).write("a_5.png", POINTS[[0, 0, 2, 3, 4, 5]], True)
+    (tmp_path / "a_7.pts").unlink()
+    said = {(d.image, d.problem) for d in doubts(whole)}
+    assert ("a_4.png", "lips 0 lies outside the picture") in said
+    assert ("a_5.png", "lips 0 and lips 1 are one point") in said
+    assert any(image == "a_3.png" and "lips" in problem and "pixels from where" in problem for image, problem in said)
+    assert any(image == "a_7.png" and "no such file" in problem for image, problem in said)
+    assert not any(image in ("a_0.png", "a_1.png", "a_2.png") for image, _ in said)
+
+
+def test_the_toy_face_is_no_stranger_to_itself(tmp_path: Path) -> None:
+    """Open and closed mouths are all right."""
+    groups = {"lips_outer": (0, 6), "lips_inner": (6, 10), "jaw": (10, 15), "eyes": (15, 19)}
+    labels = tuple(Label("a.mp4", i, f"{i}.png", f"{i}.pts") for i in range(6))
+    whole = Sheet(tmp_path, groups, labels, frozenset(each.image for each in labels))
+    for i, label in enumerate(labels):
+        write_picture(tmp_path / label.image, picture(i))
+        whole.write(label.image, face(1.2 * i), True)
+    assert doubts(whole) == []

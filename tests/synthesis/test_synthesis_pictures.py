@@ -1,0 +1,87 @@
+"""Where a synthesis is drawn: a video with its landmarks beside it as footage, at another frame rate, side by side."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from face.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import fit_aam
+from dnnvss.media import write_video
+from dnnvss.synthesis.stage import Stage, open_stage, read_footage, read_request
+
+
+@pytest.fixture(scope="module")
+def run() -> SimpleNamespace:
+    """What of a run is needed here: its face."""
+    return SimpleNamespace(face=fit_aam(clips(5), GROUPS, CONFIG, progress=False))
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Path:
+    images, points, valid = clip_arrays(50)
+    valid[0] = False
+    files.write_arrays(tmp_path / "film.npz", points=points, valid=valid)
+    return write_video(tmp_path / "film.mp4", images, 25, quality=1)
+
+
+def asked(film: Path, **more: object) -> SimpleNamespace:
+    return SimpleNamespace(**{"into": str(film), "into_fill": "pingpong", "render": "reference+face", "rate": None,
+                              "scale": 1, **more})
+
+
+def opened(config: SimpleNamespace, run: SimpleNamespace, seconds: float) -> Stage:
+    return open_stage(config, run, read_request(config, run), "30", seconds)  # type: ignore[arg-type]
+
+
+def test_a_video_with_landmarks_beside_it_is_footage(
+    run: SimpleNamespace, film: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stage = opened(asked(film, rate=50), run, 2.0)
+    assert stage.clock.rate == 50 and stage.notes["footage_frames"] == [1, 20] and stage.notes["of"] == 20
+    said = capsys.readouterr().out
+    assert "frames 1 to 19 of 20" in said and "0.8 s for 2.0 s of speech: played back and forth" in said
+    pictures = list(stage.frames(np.zeros((100, run.face.size))))
+    assert len(pictures) == 100 and pictures[0].shape == (SIZE[0] + 28, 2 * SIZE[1], 3)
+    recorded = np.stack(pictures)[:, 28:, :SIZE[1]].astype(int)
+    footage = read_footage(run, str(film)).images  # type: ignore[arg-type]
+    assert (recorded[:2] == footage[1]).all() and (recorded[2:4] == footage[2]).all()  # each frame twice: 50 from 25
+    assert opened(asked(film), run, 0.4).clock.rate == 25
+
+
+def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamespace, film: Path) -> None:
+    arrays = files.read_arrays(film.with_suffix(".npz"))
+    files.write_arrays(film.with_suffix(".npz"), points=arrays["points"][:9], valid=arrays["valid"][:9])
+    with pytest.raises(DnnvssError, match=r"film\.mp4: has 20 pictures and 9 frames of landmarks"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
+    film.with_suffix(".npz").unlink()
+    with pytest.raises(DnnvssError, match=r"film\.npz: no such file"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
+
+
+def test_landmarks_beside_a_video_are_divided_by_their_scale(run: SimpleNamespace, film: Path) -> None:
+    plain = read_footage(run, str(film)).code  # type: ignore[arg-type]
+    arrays = files.read_arrays(film.with_suffix(".npz"))
+    files.write_arrays(film.with_suffix(".npz"), points=(4 * arrays["points"]), valid=arrays["valid"])
+    with pytest.raises(DnnvssError, match=r"film\.npz: its landmarks reach .* have 96 x 80 pixels\. .*scale"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
+    files.write_json(film.parent / "landmarks.json", {"groups": GROUPS, "scale": 4})
+    code = read_footage(run, str(film)).code  # type: ignore[arg-type]
+    assert (code.valid == plain.valid).all() and code.pose == pytest.approx(plain.pose, abs=1e-3)
+    for wrong, message in (({"scale": 0}, "scale is 0"), ([4], "cannot be read")):
+        files.write_json(film.parent / "landmarks.json", wrong)
+        with pytest.raises(DnnvssError, match=rf"landmarks\.json: {message}"):
+            read_footage(run, str(film))  # type: ignore[arg-type]
+
+
+def test_footage_that_cannot_be_used_names_its_file(run: SimpleNamespace, film: Path) -> None:
+    arrays = files.read_arrays(film.with_suffix(".npz"))
+    for points, valid, message in ((arrays["points"], arrays["valid"] & False, "no frame has usable landmarks"),
+                                   (arrays["points"][:, :12], arrays["valid"], "has 12 landmarks a frame")):
+        files.write_arrays(film.with_suffix(".npz"), points=points, valid=valid)
+        with pytest.raises(DnnvssError, match=rf"film\.npz: {message}") as caught:
+            read_footage(run, str(film))  # type: ignore[arg-type]
+        assert "rack the video" in str(caught.value) and "utterance" not in str(caught.value)
