@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-import dnnvss.training.network
 import lightning  # noqa: F401  (once, before the forks)
 from conftest import CLOCK, TABLE, make_example
 

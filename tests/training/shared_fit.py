@@ -15,6 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from conftest import CLOCK, TABLE, make_example
 
+import dnnvss.systems.network
 from dnnvss.errors import DnnvssError
 from dnnvss.systems import FeedForward, NetworkModel
 from dnnvss.training import FitSettings
@@ -36,8 +37,6 @@ class Noted(FrameBatches):
 
 def main(folder: Path, devices: int, spoilt: bool) -> None:
     """Fit and write."""
-    import dnnvss.training.network
-
     dnnvss.systems.network.FrameBatches = Noted
     rng = np.random.default_rng(1)
     train, val = ([make_example(f"{name}{i}", rng) for i in range(count)] for name, count in (("train", 4), ("val", 2)))
