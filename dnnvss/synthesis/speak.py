@@ -209,8 +209,8 @@ def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Se
 
     if sentence is None:
         sentence = _parsed(config, voice, plan.text)
-    timed = bool(config.alignment or config.total or config.speed != 1)
-    engine = find_engine(config.speech.engine, imposing=timed)
+    timed = bool(config.alignment or config.total or config.speed != 1 or config.durations == "model")
+    engine = find_engine(config.speech.engine, imposing=timed, voice=config.speech.get("voice"))
     speech = engine.speak(sentence, plan.alignment)
     if not engine.imposes:
         speech = with_silences(speech, config.lead_in / 1000 + sentence.pause_before,

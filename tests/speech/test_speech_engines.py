@@ -7,9 +7,9 @@ import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import PHONES, SILENCES
-from dnnvss.speech.engines import ENGINES, Engine, Speech, base, find_engine, with_silences
+from dnnvss.speech.engines import ENGINES, Engine, Speech, base, find_engine, flite, with_silences
 from dnnvss.speech.engines.espeak import EspeakEngine, heard_as, mnemonics, with_closures
-from dnnvss.speech.engines.festival import has_voice, ours, theirs
+from dnnvss.speech.engines.festival import DIPHONES, HTS, FestivalEngine, ours, theirs
 from dnnvss.speech.engines.matching import matched
 from dnnvss.text.sentence import parse
 from dnnvss.timing import Alignment, Segment, Tier
@@ -32,8 +32,8 @@ def even(text: str) -> Alignment:
                       Tier("words", [*words, (time, time + 0.2, "")])])
 
 
-def installed(name: str) -> Engine:
-    engine: Engine = ENGINES[name]()
+def installed(name: str, voice: str | None = None) -> Engine:
+    engine: Engine = ENGINES[name](voice) if voice else ENGINES[name]()
     if reason := engine.available():
         pytest.skip(reason)
     return engine
@@ -107,6 +107,64 @@ def test_auto_takes_the_first_that_is_there(monkeypatch: pytest.MonkeyPatch) -> 
         find_engine("siri")
 
 
+@pytest.mark.parametrize("voices, own_time, given_time", [
+    ((HTS, DIPHONES), HTS, DIPHONES), ((HTS,), HTS, "formant"), ((DIPHONES,), DIPHONES, DIPHONES),
+    ((), "formant", "formant")])
+def test_auto_takes_festival_only_where_the_voice_is_there_that_is_needed(
+    voices: tuple[str, ...], own_time: str, given_time: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    festival_alone(voices, monkeypatch)
+    assert find_engine("auto").voice == own_time
+    assert find_engine("auto", imposing=True).voice == given_time
+    assert find_engine("auto", imposing=True).imposes
+
+
+@pytest.mark.parametrize("voices, imposing, package", [
+    ((), False, "festvox-us-slt-hts"), ((), True, "festvox-kallpc16k"), ((HTS,), True, "festvox-kallpc16k")])
+def test_festival_without_its_voice_names_the_package(
+    voices: tuple[str, ...], imposing: bool, package: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    festival_alone(voices, monkeypatch)
+    with pytest.raises(DnnvssError, match=f"is not installed.*{package}"):
+        find_engine("festival", imposing)
+
+
+def test_a_voice_is_chosen_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    festival_alone((HTS, DIPHONES), monkeypatch)
+    engine = find_engine("auto", voice=DIPHONES)
+    assert (engine.name, engine.voice, engine.imposes) == ("festival", DIPHONES, True)
+    with pytest.raises(DnnvssError, match=r"no voice 'anna'.*cmu_us_slt_arctic_hts, kal_diphone"):
+        find_engine("festival", voice="anna")
+    with pytest.raises(DnnvssError, match="own time only with the voice cmu_us_slt"):
+        find_engine("festival", imposing=True, voice=HTS)
+    with pytest.raises(DnnvssError, match=r"no voice 'anna'.*slt.*formant"):
+        find_engine("auto", voice="anna")
+
+
+def test_flite_without_a_voice_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(flite, "_built_in", lambda program: ("kal",))
+    monkeypatch.setattr("shutil.which", lambda program: "/bin/flite" if program == "flite" else None)
+    monkeypatch.setattr("dnnvss.speech.engines.espeak.find_spec", lambda _: None)
+    assert find_engine("auto").voice == "kal"
+    assert find_engine("auto", imposing=True).name == "formant"
+    with pytest.raises(DnnvssError, match="this flite has no voice slt"):
+        find_engine("flite", voice="slt")
+
+
+def festival_alone(voices: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let Festival be installed with these voices, and no other engine."""
+    monkeypatch.setattr("shutil.which", lambda program: "/bin/festival" if program == "festival" else None)
+    monkeypatch.setattr("dnnvss.speech.engines.festival.has_voice", voices.__contains__)
+    monkeypatch.setattr("dnnvss.speech.engines.espeak.find_spec", lambda _: None)
+
+
+def test_festival_speaks_given_times_with_one_voice_only() -> None:
+    engine = installed("festival", HTS)
+    assert isinstance(engine, FestivalEngine) and not engine.imposes
+    alignment = even("hello")
+    assert engine.speak(parse("hello"), alignment).alignment is not alignment
+
+
 def test_all_engines_share_the_interface() -> None:
     assert all(isinstance(kind(), Engine) for kind in ENGINES.values())
 
@@ -149,11 +207,9 @@ def test_engine_speaks_in_its_own_time(name: str) -> None:
     assert 0.04 < np.mean(durations) < 0.2
 
 
-@pytest.mark.parametrize("name", ["festival", "formant"])
-def test_engine_speaks_in_ours(name: str) -> None:
-    engine, alignment = installed(name), even(TEXT)
-    if name == "festival" and not has_voice("kal_diphone"):
-        pytest.skip("Festival's diphone voice is not installed (apt install festvox-kallpc16k)")
+@pytest.mark.parametrize("name, voice", [("festival", DIPHONES), ("formant", None)])
+def test_engine_speaks_in_ours(name: str, voice: str | None) -> None:
+    engine, alignment = installed(name, voice), even(TEXT)
     speech = engine.speak(parse(TEXT), alignment)
     assert speech.alignment is alignment
     assert_speech(speech, TEXT)

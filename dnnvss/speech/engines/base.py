@@ -38,18 +38,25 @@ class Speech:
 
 @runtime_checkable
 class Engine(Protocol):
-    """A text-to-speech engine.
+    """A text-to-speech engine with one of its voices.
 
     Attributes:
         name: what :func:`~dnnvss.speech.engines.find_engine` knows it by.
-        imposes: whether it can speak durations that are given.
+        voices: those that it may be built with, the best first.
+        voice: the one that it speaks with.
     """
 
     name: str
-    imposes: bool
+    voices: tuple[str, ...]
+    voice: str
+
+    @property
+    def imposes(self) -> bool:
+        """Whether the voice can speak durations that are given."""
+        ...
 
     def available(self) -> str | None:
-        """Return None if the engine can speak here, else why not and what to install."""
+        """None if the engine can speak here with its voice, else why not and what to install; told in milliseconds."""
         ...
 
     def speak(self, sentence: Sentence, alignment: Alignment | None = None) -> Speech:

@@ -11,10 +11,11 @@ class FormantEngine:
     """Our own voice (:mod:`dnnvss.speech.formant`); it has no durations of its own."""
 
     name = "formant"
+    voices = ("formant",)
     imposes = True
 
-    def __init__(self, rate: int = 16000, seed: int = 0, f0: float = 110.0) -> None:
-        self.rate, self.seed, self.f0 = rate, seed, f0
+    def __init__(self, voice: str = "formant", rate: int = 16000, seed: int = 0, f0: float = 110.0) -> None:
+        self.voice, self.rate, self.seed, self.f0 = voice, rate, seed, f0
 
     def available(self) -> str | None:
         """Return None: it needs nothing that is not installed."""

@@ -39,10 +39,14 @@ _HEARD = {**{mnemonic: phone for phone, mnemonic in _MNEMONICS.items()},
 
 
 class EspeakEngine:
-    """eSpeak NG in a subprocess, voice ``en-us``, told our phones."""
+    """eSpeak NG in a subprocess, told our phones."""
 
     name = "espeak"
+    voices = ("en-us",)
     imposes = False
+
+    def __init__(self, voice: str = "en-us") -> None:
+        self.voice = voice
 
     def available(self) -> str | None:
         """Return None if espeakng-loader is there, else what to install."""
@@ -60,7 +64,7 @@ class EspeakEngine:
             raise DnnvssError(reason)
         with workshop() as folder:
             wav = folder / "speech.wav"
-            request = json.dumps({"text": mnemonics(sentence), "voice": "en-us", "wav": str(wav)})
+            request = json.dumps({"text": mnemonics(sentence), "voice": self.voice, "wav": str(wav)})
             printed = run([sys.executable, str(_WORKER)], self.name, request)
             samples, rate = read_wav(wav, self.name)
         events = json.loads(printed)

@@ -1,4 +1,4 @@
-"""Festival: the HTS voice in its own time, or the diphone voice in ours; found if it is installed."""
+"""Festival: the HTS voice in its own time, the diphone voice in ours; found if they are installed."""
 
 import re
 import shutil
@@ -16,7 +16,9 @@ from dnnvss.text.sentence import Sentence, Word
 from dnnvss.text.syllables import syllable_starts
 from dnnvss.timing import Alignment, Segment
 
-_HTS, _DIPHONES = "cmu_us_slt_arctic_hts", "kal_diphone"
+HTS, DIPHONES = "cmu_us_slt_arctic_hts", "kal_diphone"
+_VOICES = {HTS: "festvox-us-slt-hts", DIPHONES: "festvox-kallpc16k"}
+"""Voices, the best first, and the packages that hold them."""
 _PAUSE = "pau"
 _SPECIAL = {"ax": "AH", "axr": "ER", "dx": "T", "el": "L", "em": "M", "en": "N", "nx": "N", "ix": "IH", "h#": SILENCE,
             _PAUSE: SILENCE, "brth": SILENCE, "ssil": SILENCE, "hv": "HH"}
@@ -40,38 +42,43 @@ def theirs(phone: str) -> str:
 
 
 class FestivalEngine:
-    """Festival in a subprocess, ``cmu_us_slt_arctic_hts``; ``kal_diphone`` where that is missing or for given times.
+    """Festival in a subprocess: ``cmu_us_slt_arctic_hts`` speaks in its own time, ``kal_diphone`` in any.
 
     Its lexicon is told our pronunciations, stress included.
     """
 
     name = "festival"
-    imposes = True
+    voices = tuple(_VOICES)
+
+    def __init__(self, voice: str = HTS) -> None:
+        self.voice = voice
+
+    @property
+    def imposes(self) -> bool:
+        """Whether the voice is the one of diphones, which have whatever length is wanted."""
+        return self.voice == DIPHONES
 
     def available(self) -> str | None:
-        """Return None if Festival and one of its voices are there, else what to install."""
+        """None if Festival and the voice are there, else what to install."""
         if shutil.which("festival") is None:
-            return f"the program festival is not installed. {_PACKAGE}festvox-us-slt-hts festvox-kallpc16k"
-        if not has_voice(_HTS) and not has_voice(_DIPHONES):
-            return f"Festival has no voice that we know. {_PACKAGE}festvox-us-slt-hts festvox-kallpc16k"
+            return f"the program festival is not installed. {_PACKAGE}{_VOICES[self.voice]}"
+        if not has_voice(self.voice):
+            return f"Festival's voice {self.voice} is not installed. {_PACKAGE}{_VOICES[self.voice]}"
         return None
 
     def speak(self, sentence: Sentence, alignment: Alignment | None = None) -> Speech:
-        """Return the sentence in Festival's time, or in the given one.
+        """The sentence in Festival's time, or in the given one where the voice can impose it.
 
         Raises:
-            DnnvssError: the voice that this needs is missing, or Festival failed.
+            DnnvssError: the voice is missing, or Festival failed.
         """
         if reason := self.available():
             raise DnnvssError(reason)
-        voice = _HTS if alignment is None and has_voice(_HTS) else _DIPHONES
-        if not has_voice(voice):
-            raise DnnvssError(f"Festival's voice {voice} is not installed, which speaks in given times",
-                              remedy=_PACKAGE + "festvox-kallpc16k")
+        alignment = alignment if self.imposes else None
         with workshop() as folder:
             wav, script = folder / "speech.wav", folder / "speak.scm"
             body = _text_script(sentence) if alignment is None else _segment_script(alignment)
-            script.write_text("\n".join([f"(voice_{voice})", *body, "(utt.synth utt)",
+            script.write_text("\n".join([f"(voice_{self.voice})", *body, "(utt.synth utt)",
                                          f'(utt.save.wave utt "{wav}" \'riff)', _PRINT]), encoding="utf-8")
             printed = run(["festival", "-b", str(script)], self.name)
             samples, rate = read_wav(wav, self.name)
