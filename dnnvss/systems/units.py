@@ -31,7 +31,7 @@ from dnnvss.training.settings import SHARING
 from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, gesture_view, learn, unit_scores
 from dnnvss.visemes.corpus import viseme_clips, viseme_settings
 
-_ALGORITHM = 1
+_ALGORITHM = 2
 """Raised when the code changes what it computes, so that old caches are not taken for new."""
 SOURCES = {"predicted": "dynamic visemes predicted from text",
            "oracle": "dynamic visemes cut from the test video (oracle)"}
@@ -206,16 +206,19 @@ def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: Fr
         plan: see :class:`UnitPlan`; ``source`` and ``training`` do not matter here.
     """
     folder = corpus.root / "visemes" / f"{encoded.key}-{plan.key}-{str(clock).replace('/', '_')}"
-    if (folder / "tiers.json").is_file():
-        kept = files.read_json(folder / "tiers.json")
-        return CorpusUnits(UnitModel.load(folder / "units.pt"), {i: _tier(t["oracle"]) for i, t in kept.items()},
-                           {i: [_tier(x) for x in t["predicted"]] for i, t in kept.items()})
-    made = _learn(corpus, encoded, variant, clock, plan)
-    made.model.save(folder / "units.pt")
-    files.write_json(folder / "tiers.json", {i: {"oracle": _plain(made.oracle[i]),
-                                                 "predicted": [_plain(t) for t in made.predicted[i]]}
-                                             for i in made.oracle})
-    return made
+    if not (folder / "tiers.json").is_file():
+        made = _learn(corpus, encoded, variant, clock, plan)
+        made.model.save(folder / "units.pt")
+        files.write_json(folder / "tiers.json", {i: {"oracle": _plain(made.oracle[i]),
+                                                     "predicted": [_plain(t) for t in made.predicted[i]]}
+                                                 for i in made.oracle})
+    return _kept(folder)  # also where they are new, so that a run that goes on from here has the same ones
+
+
+def _kept(folder: Path) -> CorpusUnits:
+    kept = files.read_json(folder / "tiers.json")
+    return CorpusUnits(UnitModel.load(folder / "units.pt"), {i: _tier(t["oracle"]) for i, t in kept.items()},
+                       {i: [_tier(x) for x in t["predicted"]] for i, t in kept.items()})
 
 
 def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan) -> CorpusUnits:
@@ -275,7 +278,8 @@ def unit_notes(units: CorpusUnits, plan: UnitPlan, test: Sequence[Example], fold
 
 
 def _plain(tier: Tier) -> dict[str, Any]:
-    return Alignment([tier]).to_json()["visemes"]
+    """A tier as plain containers, its edges to the last bit: rounded ones can fall into other frames."""
+    return {"edges": tier.edges.tolist(), "labels": list(tier.labels)}
 
 
 def _tier(plain: Mapping[str, Any]) -> Tier:
