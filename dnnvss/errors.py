@@ -27,11 +27,15 @@ class DnnvssError(Exception):
         where = [str(file)] if file is not None else []
         where += [f"utterance {utterance}"] if utterance is not None else []
         message = ": ".join([*where, problem])
-        super().__init__(f"{message.rstrip('.')}. {remedy.rstrip('.')}." if remedy else message)
+        super().__init__(f"{message.rstrip('.')}. {_ended(remedy)}" if remedy else message)
 
     def __reduce__(self) -> tuple:
         """Keep the parts when a worker process hands the error back."""
         return _rebuild, (type(self), self.problem, self.file, self.utterance, self.remedy)
+
+
+def _ended(sentence: str) -> str:
+    return sentence if sentence.endswith("?") else f"{sentence.rstrip('.')}."
 
 
 def _rebuild(kind: type[DnnvssError], problem: str, file: str, utterance: str, remedy: str) -> DnnvssError:
