@@ -9,6 +9,7 @@ from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import Landmarks, read_landmarks, read_npz, read_pts_sequence
+from dnnvss.timing import fill_invalid
 
 
 def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, frames: int,
@@ -70,6 +71,6 @@ def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:
     """
     arrays = files.read_arrays(marks, "Prepare the corpus again")
     valid = arrays["valid"] & (np.frombuffer(bad.encode(), np.uint8) == ord("0"))
-    path = files.write_arrays(out / "landmarks" / f"{name}.npz", points=checkup.interpolated(arrays["points"], valid),
+    path = files.write_arrays(out / "landmarks" / f"{name}.npz", points=fill_invalid(arrays["points"], valid),
                               valid=valid)
     return {"landmarks": str(path.relative_to(out)), "valid": "".join("01"[int(v)] for v in valid)}

@@ -23,7 +23,7 @@ from dnnvss.corpus import Corpus, CorpusInfo, Utterance, checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
 from dnnvss.text.lexicon import pronunciations
-from dnnvss.timing import Alignment, FrameClock
+from dnnvss.timing import Alignment, FrameClock, fill_invalid
 
 Results = dict[str, dict[str, Any]]
 
@@ -235,7 +235,7 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
     for name in names:
         marks = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{name}.npz")
         if (good := marks["valid"] & ~bad[name]).any():
-            seen[name] = checkup.interpolated(marks["points"], good), good
+            seen[name] = fill_invalid(marks["points"], good), good
     sounds = {name: made[name]["sound"] for name in seen}
     rate = float(Fraction(made[names[0]]["rate"]))
     found = find_sync(run.shop, sounds, seen, run.recipe.info.landmark_groups, rate)

@@ -212,17 +212,3 @@ def _aligned(shapes: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarr
     moved = (z - centre) * turn[:, None] + middle
     size = np.log(np.maximum(np.abs(turn), 1e-9)) * np.ptp(face)
     return np.stack([moved.real, moved.imag], axis=-1), np.column_stack([centre[:, 0].real, centre[:, 0].imag, size])
-
-
-def interpolated(points: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """Return points (F, P, 2) float32 in which frames that are not valid are interpolated in time, held at the ends.
-
-    Raises:
-        ValueError: no frame is valid.
-    """
-    if not valid.any():
-        raise ValueError("no valid frame to interpolate from")
-    frames, known = np.arange(len(points)), np.flatnonzero(valid)
-    flat = points.reshape(len(points), -1).astype(float)
-    columns = [np.interp(frames, known, flat[known, c]) for c in range(flat.shape[1])]
-    return np.stack(columns, axis=1).reshape(points.shape).astype(np.float32)

@@ -15,7 +15,7 @@ from dnnvss.evaluation.measures import Bench, Sentence
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
 from dnnvss.face.aam.pose import to_reference
 from dnnvss.style.rules import lower_lip, measure
-from dnnvss.timing import FrameClock
+from dnnvss.timing import FrameClock, fill_invalid
 
 Arrays = dict[str, np.ndarray]
 _KINDS = ("predicted", "reference", "speech", "valid")
@@ -153,16 +153,4 @@ def _tracked(
     points, _ = corpus.landmarks(utterance)
     own = points[:, model.layout.rows].astype(float)
     still = to_reference(own, code.pose, model.reference.pivot) - code.shape_offset
-    return resample(_filled(still, code.valid), utterance.clock, clock, count=frames)
-
-
-def _filled(points: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """Return the points (F, P, 2) with frames that are not valid interpolated between their neighbours."""
-    known = np.flatnonzero(valid)
-    if not len(known) or len(known) == len(valid):
-        return points
-    at = np.interp(np.arange(len(valid)), known, np.arange(len(known)))
-    below = np.minimum(at.astype(int), len(known) - 2) if len(known) > 1 else np.zeros(len(at), int)
-    share = (at - below)[:, None, None]
-    after = np.minimum(below + 1, len(known) - 1)
-    return (1 - share) * points[known[below]] + share * points[known[after]]
+    return resample(fill_invalid(still, code.valid), utterance.clock, clock, count=frames)

@@ -109,12 +109,3 @@ def test_ghosts_do_not_depend_on_scale_and_place_of_the_face(rng):
     turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
     second = checkup.ghosts({name: 3 * p @ turn + 500 for name, p in points.items()}, valid)
     assert {n: m.tolist() for n, m in first.items()} == {n: m.tolist() for n, m in second.items()}
-
-
-def test_interpolation_in_time_holds_the_ends():
-    points = np.array([[[np.nan, 0]], [[2, 0]], [[np.nan, 0]], [[6, 0]], [[np.nan, 0]]])
-    filled = checkup.interpolated(points, np.array([False, True, False, True, False]))
-    assert filled[:, 0, 0].tolist() == [2, 2, 4, 6, 6]
-    assert filled.dtype == np.float32
-    with pytest.raises(ValueError, match="no valid frame"):
-        checkup.interpolated(points, np.zeros(5, bool))

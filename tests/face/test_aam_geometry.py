@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import Warp, triangulate
 from dnnvss.face.aam.mesh import barycentric, rim, signed_area
-from dnnvss.face.aam.pose import PoseReference, fill_invalid, fit_pose, mean_shape, smooth_pose, to_image, to_reference
+from dnnvss.face.aam.pose import PoseReference, fit_pose, mean_shape, smooth_pose, to_image, to_reference
 
 SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 6.0], [0.0, 6.0]])
 
@@ -140,9 +140,3 @@ def test_no_valid_frame_gives_the_reference_pose() -> None:
     poses = reference.poses(np.zeros((3, 4, 2)), np.zeros(3, dtype=bool), 25.0)
     assert poses == pytest.approx(np.tile([1, 0, 4, 3], (3, 1)))
     assert np.isinf(reference.residual(np.zeros((2, 4, 2)))).all()
-
-
-def test_invalid_frames_are_interpolated_and_ends_held() -> None:
-    values = np.array([[9.0], [0.0], [9.0], [2.0], [9.0]], dtype=np.float32)
-    filled = fill_invalid(values, np.array([False, True, False, True, False]))
-    assert filled.ravel().tolist() == [0, 0, 1, 2, 2] and filled.dtype == np.float32

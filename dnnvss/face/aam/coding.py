@@ -9,7 +9,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.clips import Clip, ClipCode
 from dnnvss.face.aam.model import ActiveAppearanceModel
 from dnnvss.face.aam.outliers import shape_distance
-from dnnvss.face.aam.pose import fill_invalid, to_reference
+from dnnvss.face.aam.pose import to_reference
+from dnnvss.timing import fill_invalid
 
 _CHUNK = 64
 """Frames whose textures are held as floats at a time."""

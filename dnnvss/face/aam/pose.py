@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dnnvss.timing import fill_invalid
+
 _LEAST_SIGMA = 0.2
 """Frames; with less, the neighbours have next to no weight, and there is nothing to smooth."""
 
@@ -58,7 +60,7 @@ def smooth_pose(pose: np.ndarray, valid: np.ndarray, sigma: float) -> np.ndarray
     and where no other frame has weight to lay a line through, the mean stands in. Frames that are not ``valid`` (F,)
     have no weight; they receive the value of the line, or of their nearest neighbours where none is in reach.
     """
-    pose = _filled(pose, valid)
+    pose = fill_invalid(pose, valid)
     if sigma < _LEAST_SIGMA or len(pose) < 2:
         return pose
     reach = min(int(np.ceil(4 * sigma)), len(pose) - 1)
@@ -80,20 +82,6 @@ def smooth_pose(pose: np.ndarray, valid: np.ndarray, sigma: float) -> np.ndarray
         return np.where(flat, m0 / s0, (s2 * m0 - s1 * m1) / firm)
 
     return np.stack([smooth(y) for y in pose.T], axis=1)
-
-
-def _filled(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """Return (F, K) values with the frames that are not valid interpolated between their valid neighbours."""
-    if valid.all() or not valid.any():
-        return values.copy()
-    known = np.flatnonzero(valid)
-    return np.stack([np.interp(np.arange(len(values)), known, v[known]) for v in values.T], axis=1)
-
-
-def fill_invalid(values: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """Return (F, ...) values with the frames that are not ``valid`` interpolated in time."""
-    flat = values.reshape(len(values), -1)
-    return _filled(flat, valid).astype(values.dtype, copy=False).reshape(values.shape)
 
 
 @dataclass(frozen=True)
