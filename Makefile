@@ -1,5 +1,5 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
-# make test: environment, linter, type checker, tests.
+# make test: environment, linter, type checker, order of imports, tests.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -19,6 +19,7 @@ test: lint
 lint: $(READY)
 	$(PY) -m ruff check .
 	$(PY) -m mypy
+	$(VENV)/bin/lint-imports --no-logo --no-cache
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "dnnvss needs Python 3.11 or newer: make PYTHON=/path/to/python3.11")'
