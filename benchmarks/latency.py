@@ -93,7 +93,7 @@ def main() -> None:
         run, timed = Run.open(folder), Stopwatch()
         voice, durations = read_voice(run), DurationModel.load(run.folder / "durations.npz")
         renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
-        style = make_style(compose(CONF, "synth", []).style, run.face.names)
+        style = make_style(compose(CONF, "synth", []).style, run.face)
         speak(run, voice, durations, renderer, style, options.seconds, Stopwatch())  # what is read once is read
         for _ in range(options.repeats):
             frames = speak(run, voice, durations, renderer, style, options.seconds, timed)

@@ -71,7 +71,7 @@ def train(config: DictConfig) -> float:
         others = {source: list(make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers))}
     talker = learn_talker(task, model, examples, encoded.model)
     talker.save(folder / "talker.npz")
-    style = make_style(config.style, encoded.model.names)
+    style = make_style(config.style, encoded.model)
     styles = {} if style.plain else {config.style.name: style}
     report, numbers = evaluate_run(folder, corpus, Generator(task, model, talker), examples, encoded.model, styles,
                                    unit_notes(units, plan, examples["test"], folder) if plan and units else (), others)
