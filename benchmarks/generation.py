@@ -67,7 +67,7 @@ def load(folder: Path, run: Run, split: str) -> list[Example]:
 
     data = read_run(folder)
     corpus, codes = Corpus.open(data.corpus), _codes(data)
-    variant = run.config.corpus.split
+    variant = run.settings.split
     encoded = EncodedCorpus(codes.parent, "", {}, {})
     found = [u for u in corpus.split(split, variant) if (codes / f"{u.id}.npz").is_file()]
     clips = {u.id: encoded.clip(u.id) for u in found}

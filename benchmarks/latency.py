@@ -18,16 +18,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from omegaconf import OmegaConf
 
 from dnnvss.commands.compose import compose
 from dnnvss.corpus import Utterance
 from dnnvss.curves import mlpg, resample
-from dnnvss.render import Neutral, Renderer
+from dnnvss.render import Renderer
 from dnnvss.runs.run import Run
-from dnnvss.speech.durations import DurationModel
 from dnnvss.style import Style, generate
 from dnnvss.style.generator import make_style
-from dnnvss.synthesis.speak import read_voice, replace_unseen
+from dnnvss.synthesis.speak import replace_unseen
 from dnnvss.text.sentence import parse
 
 CONF = Path(__file__).parents[1] / "conf"
@@ -59,15 +59,14 @@ def now() -> np.ndarray:
     return 1000 * np.array([time.perf_counter(), time.process_time()])
 
 
-def speak(run: Run, voice: dict, durations: DurationModel, renderer: Renderer, style: Style, seconds: float,
-          timed: Stopwatch) -> int:
+def speak(run: Run, renderer: Renderer, style: Style, seconds: float, timed: Stopwatch) -> int:
     """Say the sentence once; return its frames."""
     with timed("text"):
-        sentence = parse(TEXT, variant=voice["variant"])
+        sentence = parse(TEXT, variant=run.voice.variant)
     with timed("durations"):
-        alignment = durations.predict(sentence, total=seconds)
+        alignment = run.durations.predict(sentence, total=seconds)
     with timed("codes"):
-        alignment, _ = replace_unseen(alignment, voice["phones"])
+        alignment, _ = replace_unseen(alignment, run.voice.phones)
         example = run.example(Utterance("timing", sentence.text, alignment))
     with timed("network"):
         prediction = run.model.predict(example)
@@ -91,12 +90,11 @@ def main() -> None:
     print(f"wall and CPU milliseconds, median of {options.repeats}, one thread")
     for folder in options.runs:
         run, timed = Run.open(folder), Stopwatch()
-        voice, durations = read_voice(run), DurationModel.load(run.folder / "durations.npz")
-        renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
-        style = make_style(compose(CONF, "synth", []).style, run.face)
-        speak(run, voice, durations, renderer, style, options.seconds, Stopwatch())  # what is read once is read
+        renderer = Renderer(run.face, run.picture)
+        style = make_style(OmegaConf.to_container(compose(CONF, "synth", []).style), run.face.names)
+        speak(run, renderer, style, options.seconds, Stopwatch())  # what is read once is read
         for _ in range(options.repeats):
-            frames = speak(run, voice, durations, renderer, style, options.seconds, timed)
+            frames = speak(run, renderer, style, options.seconds, timed)
         plain = sum(timed.median(s) for s in TO_TRAJECTORY)
         lively = plain - timed.median("MLPG") + timed.median("articulated instead")
         print(f"\n{folder.name}, {frames} frames")

@@ -36,14 +36,14 @@ def corpus_examples(folder: Path) -> Examples:
     """Return the examples of a prepared corpus, phones and context."""
     from hydra import compose, initialize_config_dir
 
+    from dnnvss.commands.plain import run_settings
     from dnnvss.commands.train import encode_with_aam
     from dnnvss.corpus import Corpus
-    from dnnvss.runs.run import make_task
     from dnnvss.systems.examples import split_examples
 
     with initialize_config_dir(str(Path(__file__).parents[1] / "conf"), version_base=None):
         config = compose("train", overrides=["corpus=demo", f"corpus.out={folder}", "labels=ph"])
-    corpus, task = Corpus.open(folder), make_task(config)
+    corpus, task = Corpus.open(folder), run_settings(config).task
     examples = split_examples(task, corpus, encode_with_aam(corpus, config), config.corpus.split)
     return {name: [replace(e, targets=np.float32(e.targets)) for e in part] for name, part in examples.items()}
 

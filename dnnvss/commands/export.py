@@ -16,7 +16,7 @@ def main(arguments: list[str] | None = None) -> int:
                         help="FILE.onnx or FILE.pt2 (torch.export); a name without suffix is a bundle for synth.py")
     parser.add_argument("--network", choices=("onnx", "pt2"), default="onnx", help="how a bundle keeps the network")
     options = parser.parse_args(arguments)
-    from dnnvss.runs.bundle import export_run, write_bundle
+    from dnnvss.runs.bundling import export_run, write_bundle
     from dnnvss.runs.run import Run
 
     run = Run.open(options.run)

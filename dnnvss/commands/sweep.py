@@ -15,9 +15,11 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
+from dnnvss.commands.plain import run_settings
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
-from dnnvss.runs.run import Run, run_name
+from dnnvss.runs.naming import run_name
+from dnnvss.runs.run import Run
 
 
 def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig], float]:
@@ -121,7 +123,7 @@ class CompareRuns(Notes):
         if self.sizes:
             from dnnvss.evaluation.sizes import write_sizes
 
-            print("wrote " + ", ".join(map(str, write_sizes(folders, configs, out))))
+            print("wrote " + ", ".join(map(str, write_sizes(folders, list(map(run_settings, configs)), out))))
         if self.video:
             from dnnvss.evaluation.videos import write_systems
 
@@ -154,7 +156,8 @@ def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
 def run_folder(config: DictConfig) -> Path:
     """Return the run folder of a job's configuration, hydra's own settings left out."""
     config = _own(config)
-    return Path(config.run or Path(config.runs) / run_name(config, Corpus.open(config.corpus.out).fingerprint))
+    settings = run_settings(config)
+    return Path(config.run or Path(config.runs) / run_name(settings, Corpus.open(settings.corpus_folder).fingerprint))
 
 
 def _own(config: DictConfig) -> DictConfig:

@@ -9,16 +9,18 @@ import joblib
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
+from dnnvss.commands.plain import run_settings
 from dnnvss.corpus import Corpus
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import Report
 from dnnvss.evaluation.run import evaluate_run
 from dnnvss.face.aam import AAMConfig, EncodedCorpus, encode_corpus
-from dnnvss.phones import SILENCES
-from dnnvss.phones.contexts import spoken_triphones
 from dnnvss.render import choose_neutral
-from dnnvss.runs.run import Run, check_settings, make_model, make_task, provenance, run_name
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.naming import check_begun, delete_run, run_name
+from dnnvss.runs.run import Run, make_model, provenance
+from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
 from dnnvss.style.generator import Generator, learn_talker, make_style
 from dnnvss.systems import NetworkModel
@@ -32,22 +34,28 @@ def train(config: DictConfig) -> float:
 
     A run that was killed goes on where it stopped; one that is finished is only reported, unless ``overwrite=true``.
     """
+    settings = run_settings(config)
     corpus = Corpus.open(config.corpus.out)
-    task = make_task(config)
-    model = make_model(config, task)
+    task = settings.task
+    model = make_model(settings, task)
     if config.trainer.refine and not isinstance(model, NetworkModel):
         raise DnnvssError(f"trainer.refine does not work with model={config.model.name}",
                           remedy="Use model=feedforward or model=gaussian, or trainer.refine=0")
-    folder = Path(config.run or Path(config.runs) / run_name(config, corpus.fingerprint))
+    folder = Path(config.run or Path(config.runs) / run_name(settings, corpus.fingerprint))
+    places = RunFiles(folder)
     helper = process_number() > 0
-    if _is_finished(folder, config, corpus.fingerprint, helper):
-        print(f"{folder} is finished; overwrite=true trains it anew\n")
-        print((folder / "metrics.md").read_text(encoding="utf-8"))
-        return float(files.read_json(folder / "metrics.json")["headline"])
+    if config.overwrite and not helper:  # the first process deletes it for all
+        delete_run(folder)
+    elif not config.overwrite:
+        check_begun(folder, settings, corpus.fingerprint)
+        if places.finished:
+            print(f"{folder} is finished; overwrite=true trains it anew\n")
+            print(places.page.read_text(encoding="utf-8"))
+            return float(files.read_json(places.metrics)["headline"])
     folder.mkdir(parents=True, exist_ok=True)
     if not helper:
-        files.write_text(folder / "config.yaml", OmegaConf.to_yaml(config, resolve=True))
-        files.write_json(folder / "run.json", provenance(config, corpus.fingerprint))
+        settings.write(folder)
+        files.write_json(places.provenance, provenance(settings, corpus.fingerprint))
 
     with joblib.parallel_config(backend="loky", n_jobs=config.jobs):
         encoded = encode_with_aam(corpus, config)
@@ -55,7 +63,7 @@ def train(config: DictConfig) -> float:
     units = corpus_units(corpus, encoded, config.corpus.split, task.clock, plan) if plan else None
     visemes = units.tiers(plan, encoded.splits["train"]) if plan and units else None
     examples = split_examples(task, corpus, encoded, config.corpus.split, visemes, scratch=folder)
-    print(f"training {config.model.name} on {len(examples['train'])} utterances; TensorBoard: {folder}/tensorboard")
+    print(f"training {config.model.name} on {len(examples['train'])} utterances; TensorBoard: {places.tensorboard}")
     model.fit(examples["train"], examples["val"], folder)
     if helper:  # the first process of those that share the fit does the rest
         return math.nan
@@ -63,41 +71,28 @@ def train(config: DictConfig) -> float:
         model.refine(examples["train"], examples["val"], partial(mlpg, windows=task.windows))
     Run.save(folder, task, model)
     if units:
-        units.model.save(folder / "units.pt")
+        units.model.save(places.units)
     save_voice(folder, corpus, encoded, config)
     others = {}
     if plan and units:
         source, tiers = units.other_source(plan)
         others = {source: list(make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers))}
     talker = learn_talker(task, model, examples, encoded.model)
-    talker.save(folder / "talker.npz")
-    style = make_style(config.style, encoded.model)
+    talker.save(places.talker)
+    style = make_style(config.style, encoded.model.names)
     styles = {} if style.plain else {config.style.name: style}
+    notes: list[str] = []
+    if plan and units:
+        notes, scores = unit_notes(units, plan, examples["test"])
+        files.write_json(places.unit_scores, scores)
     report, numbers = evaluate_run(folder, corpus, Generator(task, model, talker), examples, encoded.model, styles,
-                                   unit_notes(units, plan, examples["test"], folder) if plan and units else (), others)
+                                   notes, others)
     headline = report.headline("model")
     if config.sample:
         _render_samples(folder, corpus, report, examples["test"][0].id)
-    files.write_json(folder / "metrics.json", {"headline": headline, **numbers})
+    files.write_json(places.metrics, {"headline": headline, **numbers})
     print(f"\nwrote {folder}: metrics.md, metrics.json, figures/, predictions/, model.pt")
     return headline
-
-
-def _is_finished(folder: Path, config: DictConfig, fingerprint: str, helper: bool) -> bool:
-    """Return whether the folder holds this run, finished; with ``overwrite`` what it holds is deleted.
-
-    Raises:
-        DnnvssError: it holds another run, or something that is no run and is not deleted.
-    """
-    if not config.overwrite:
-        check_settings(folder, config, fingerprint)
-        return (folder / "metrics.json").is_file()
-    if folder.exists() and not helper:  # the first process deletes it for all
-        if any(folder.iterdir()) and not (folder / "run.json").is_file():
-            raise DnnvssError("holds something that is not a run, so overwrite=true does not delete it", file=folder,
-                              remedy="Choose another folder")
-        shutil.rmtree(folder)
-    return False
 
 
 def encode_with_aam(corpus: Corpus, config: DictConfig) -> EncodedCorpus:
@@ -113,15 +108,12 @@ def encode_with_aam(corpus: Corpus, config: DictConfig) -> EncodedCorpus:
 def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: DictConfig) -> None:
     """Write what synthesis needs beside the model: the AAM, the face, durations and the talker's phones."""
     train = [u for u in corpus.split("train", config.corpus.split) if u.id not in encoded.dropped]
-    with files.replacing(folder / "aam.npz") as temporary:
+    places = RunFiles(folder)
+    with files.replacing(places.face) as temporary:
         shutil.copyfile(encoded.folder / "aam.npz", temporary)
-    choose_neutral(corpus, encoded).save(folder / "face.npz")
-    DurationModel.fit(train).save(folder / "durations.npz")
-    heard = {p for u in train for p in u.alignment["phones"].labels}
-    spoken, pauses = sorted(heard - set(SILENCES)), sorted(heard & set(SILENCES))
-    voice = {"phones": spoken, "pauses": pauses, "variant": corpus.info.variant, "rate": corpus.info.rate,
-             "credit": corpus.info.credit, "triphones": spoken_triphones(u.alignment for u in train)}
-    files.write_json(folder / "voice.json", voice)
+    choose_neutral(corpus, encoded).save(places.picture)
+    DurationModel.fit(train).save(places.durations)
+    Voice.of(train, corpus.info).save(places.voice)
 
 
 def _render_samples(folder: Path, corpus: Corpus, report: Report, first: str) -> None:
@@ -130,5 +122,5 @@ def _render_samples(folder: Path, corpus: Corpus, report: Report, first: str) ->
     from dnnvss.synthesis.speak import render_utterance
 
     run = Run.open(folder)
-    render_utterance(run, corpus, corpus.utterances[first], folder / "sample.mp4")
+    render_utterance(run, corpus, corpus.utterances[first], run.files.sample)
     write_side_by_side(run, corpus, worst_middle_best(report))

@@ -9,9 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from omegaconf import OmegaConf
 
-from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.runs import read_run
@@ -42,7 +40,7 @@ def draw(folders: list[Path], out: Path, coefficient: int = 5, utterance: str | 
             raise DnnvssError(f"there is no coefficient {coefficient}", file=run.folder,
                               remedy=f"Choose one from 1 to {reference.shape[1]}")
         series.setdefault("reference", reference[:, coefficient - 1])
-        name = files.read(run.folder / "config.yaml", OmegaConf.load, "Train the run again").labels.name
+        name = run.settings.labels_name
         series[name if name not in series else run.folder.name] = predicted[:, coefficient - 1]
     spoken = Corpus.open(runs[0].corpus).utterances[chosen]
     title = f"AAM coefficient {coefficient}, {chosen}: {spoken.text}"

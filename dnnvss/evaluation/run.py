@@ -13,9 +13,11 @@ from dnnvss.evaluation.calibration import calibration, plot_calibration
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
 from dnnvss.evaluation.report import aligned, markdown_table, number
+from dnnvss.evaluation.runs import AAMFace
 from dnnvss.evaluation.statistics import pooled
-from dnnvss.face.base import Face
+from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.render.plots import plot_trajectories
+from dnnvss.runs.files import RunFiles
 from dnnvss.style import Style
 from dnnvss.style.generator import PLAIN, Generator
 from dnnvss.systems import Example, PhoneMean, TrainingMean
@@ -30,7 +32,7 @@ Trajectories = dict[str, np.ndarray]
 
 
 def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
-                 face: Face, styles: Mapping[str, Style],
+                 face: ActiveAppearanceModel, styles: Mapping[str, Style],
                  notes: Sequence[str] = (),
                  others: Mapping[str, list[Example]] | None = None) -> tuple[Report, dict[str, Any]]:
     """Return the table of the model and the null models on the test split, and all numbers as plain containers.
@@ -43,12 +45,12 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
         corpus: what it was trained on.
         generator: the model and its talker.
         examples: of each split.
-        face: what the trajectories move.
+        face: the run's appearance model.
         styles: by name, beside plain MLPG.
         notes: what else the reader of the page has to know; the first goes into its title.
         others: another source of dynamic visemes (:data:`SOURCES`) to the test examples that have them; plain MLPG.
     """
-    task, test = generator.task, examples["test"]
+    task, test, places = generator.task, examples["test"], RunFiles(folder)
     predicted = {"model": _generated(generator, test, PLAIN),
                  **{_row(name): _generated(generator, test, style) for name, style in styles.items()}}
     predicted |= {_row(SOURCES[source]): _generated(generator, own, PLAIN) for source, own in (others or {}).items()}
@@ -63,7 +65,7 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
                **{f"predicted_{name}": predicted[_row(name)] for name in styles},
                **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others or {}}}
     for name, arrays in outputs.items():
-        files.write_arrays(folder / "predictions" / f"{name}.npz", **arrays)
+        files.write_arrays(places.prediction(name), **arrays)
     report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"])
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
@@ -75,18 +77,18 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
     pages = [title, *notes[1:], report.markdown(), "## Lips, liveliness and stillness", markdown_table(head, rows),
              about, *_unseen_words(folder, task, examples, predicted, references, masks), corpus.info.credit]
-    files.write_text(folder / "metrics.md", "\n\n".join(pages) + "\n")
+    files.write_text(places.page, "\n\n".join(pages) + "\n")
     _figures(folder, task, test[0], {name: p[test[0].id] for name, p in predicted.items()})
     numbers = {**report.to_json(), "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
     return report, numbers
 
 
-def make_bench(task: Task, test: list[Example], face: Face) -> Bench:
+def make_bench(task: Task, test: list[Example], face: ActiveAppearanceModel) -> Bench:
     """Return what the harness measures test examples against."""
     sentences = [Sentence(e.id, e.targets[:, 0].astype(float), e.alignment["phones"],
                           speech_frames(e.alignment, task.clock), e.valid)
                  for e in test if e.targets is not None and e.valid is not None]
-    return Bench(tuple(sentences), task.clock, face)
+    return Bench(tuple(sentences), task.clock, AAMFace(face))
 
 
 def _row(style: str) -> str:
@@ -120,7 +122,7 @@ def _unseen_words(folder: Path, task: Task, examples: Mapping[str, list[Example]
     inside = evaluate(chosen, {i: references[i] for i in unseen}, speech=unseen,
                       valid={i: masks["valid"][i] for i in unseen})
     title = f"Inside words that never occur in training ({len(unseen)} sentences)"
-    files.write_json(folder / "metrics_unseen_words.json", inside.to_json())
+    files.write_json(RunFiles(folder).unseen_words, inside.to_json())
     print(f"\n{title}: correlation " + ", ".join(f"{n} {inside.headline(n):.3f}" for n in chosen))
     return [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]
 
@@ -131,7 +133,7 @@ def _calibration(folder: Path, generator: Generator, test: list[Example]) -> dic
     found = calibration([x for x, _, _ in known], [p.mean[:, 0] for _, p, _ in known],
                         [np.broadcast_to(p.variance, p.mean.shape)[:, 0] for _, p, _ in known],
                         [v for _, _, v in known if v is not None])
-    plot_calibration(folder / "figures" / "calibration.png", {"model": found})
+    plot_calibration(RunFiles(folder).figure("calibration"), {"model": found})
     values = {"error": found.error, "spread": found.spread, "log_density": found.density}
     return {name: np.round(v, 6).tolist() for name, v in values.items()}
 
@@ -140,5 +142,5 @@ def _figures(folder: Path, task: Task, example: Example, predicted: Trajectories
     assert example.targets is not None
     for d in range(min(5, example.targets.shape[2])):
         series = {"reference": example.targets[:, 0, d], **{name: p[:, d] for name, p in predicted.items()}}
-        plot_trajectories(folder / "figures" / f"coefficient_{d + 1}.png", series, task.clock.rate,
+        plot_trajectories(RunFiles(folder).figure(f"coefficient_{d + 1}"), series, task.clock.rate,
                           example.alignment["phones"], f"AAM coefficient {d + 1}, utterance {example.id}")

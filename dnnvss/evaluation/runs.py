@@ -1,10 +1,10 @@
 """From run folders to what the harness measures: predictions, references, phones, and the face of the run."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from omegaconf import OmegaConf
 
 from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance
@@ -13,10 +13,41 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.measures import Bench, Sentence
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
 from dnnvss.face.aam.pose import to_reference
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.settings import RunSettings
+from dnnvss.style.rules import lower_lip, measure
 from dnnvss.timing import FrameClock, fill_invalid
 
 Arrays = dict[str, np.ndarray]
 _KINDS = ("predicted", "reference", "speech", "valid")
+
+
+@dataclass(frozen=True)
+class AAMFace:
+    """An active appearance model as the harness sees it, in pixels of its reference frame."""
+
+    model: ActiveAppearanceModel
+
+    def points(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return landmarks (T, P, 2)."""
+        return self.model.decode_shape(np.asarray(trajectory, float))
+
+    def aperture(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the opening between the inner lips (T,)."""
+        return self.model.aperture(np.asarray(trajectory, float))
+
+    def lower_lip(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the y of the lower lip's inner edge (T,), larger is lower."""
+        return measure(lower_lip(self.model), np.asarray(trajectory, float))
+
+    def width(self, trajectory: np.ndarray) -> np.ndarray:
+        """Return the distance between the mouth's corners (T,)."""
+        return self.model.width(np.asarray(trajectory, float))
+
+    @cached_property
+    def contours(self) -> dict[str, list[int]]:
+        """Positions of the landmarks of each group, by name, to be drawn as lines."""
+        return {name: rows.tolist() for name, rows in self.model.layout.groups.items()}
 
 
 @dataclass(frozen=True)
@@ -25,18 +56,26 @@ class RunData:
 
     Args:
         folder: of the run.
+        settings: that it was trained with.
         arrays: ``predicted``, ``reference`` (T, D), ``speech``, ``valid`` (T,), each by sentence id.
-        clock: of the trajectories.
-        corpus: folder of the prepared corpus.
         styled: style, or another source of dynamic visemes, to trajectories by sentence id, where the run was evaluated
             with more than what its headline says.
     """
 
     folder: Path
+    settings: RunSettings
     arrays: dict[str, Arrays]
-    clock: FrameClock
-    corpus: Path
     styled: dict[str, Arrays] = field(default_factory=dict)
+
+    @property
+    def clock(self) -> FrameClock:
+        """The clock of the trajectories."""
+        return self.settings.task.clock
+
+    @property
+    def corpus(self) -> Path:
+        """The folder of the prepared corpus."""
+        return self.settings.corpus_folder
 
 
 def read_run(folder: str | Path) -> RunData:
@@ -45,17 +84,11 @@ def read_run(folder: str | Path) -> RunData:
     Raises:
         DnnvssError: the folder is not one of a finished run.
     """
-    folder = Path(folder)
+    places = RunFiles(Path(folder))
     remedy = "Name the folder of a finished run: python train.py writes one"
-    arrays = {kind: files.read_arrays(folder / "predictions" / f"{kind}.npz", remedy) for kind in _KINDS}
-    config = files.read(folder / "config.yaml", lambda p: OmegaConf.to_container(OmegaConf.load(p)), remedy)
-    styled = {path.stem.removeprefix("predicted_"): files.read_arrays(path, remedy)
-              for path in sorted((folder / "predictions").glob("predicted_*.npz"))}
-    try:
-        clock = FrameClock(str(config["trajectory"]["rate"]))
-        return RunData(folder, arrays, clock, Path(config["corpus"]["out"]), styled)
-    except (KeyError, TypeError) as error:
-        raise DnnvssError(f"does not say {error}", file=folder / "config.yaml", remedy=remedy) from error
+    arrays = {kind: files.read_arrays(places.prediction(kind), remedy) for kind in _KINDS}
+    styled = {name: files.read_arrays(path, remedy) for name, path in places.styled().items()}
+    return RunData(places.folder, RunSettings.load(places.folder), arrays, styled)
 
 
 def make_bench(runs: list[RunData], first: int = 5) -> Bench:
@@ -80,7 +113,7 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
             raise DnnvssError(f"was tested on other sentences, another face or another rate than {lead.folder}",
                               file=run.folder, remedy="Compare runs of one corpus, split, face and rate")
     corpus = _same_corpus(lead)
-    model = ActiveAppearanceModel.load(lead.folder / "aam.npz")
+    model = ActiveAppearanceModel.load(RunFiles(lead.folder).face)
     codes = _codes(lead)
     sentences = []
     for i, reference in lead.arrays["reference"].items():
@@ -92,13 +125,13 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
         tier = utterance.alignment["phones"]
         sentences.append(Sentence(i, reference.astype(float), tier, speech, valid, landmarks))
-    return Bench(tuple(sentences), lead.clock, model, first)
+    return Bench(tuple(sentences), lead.clock, AAMFace(model), first)
 
 
 def _same_corpus(run: RunData) -> Corpus:
     """Return the corpus of a run, whose phones are only right while it is the one that the run was tested on."""
     corpus = Corpus.open(run.corpus)
-    trained_on = files.read_json(run.folder / "run.json").get("corpus")
+    trained_on = files.read_json(RunFiles(run.folder).provenance).get("corpus")
     if trained_on != corpus.fingerprint:
         raise DnnvssError(f"was trained on the corpus {trained_on}, and {corpus.root} now holds {corpus.fingerprint}",
                           file=run.folder, remedy="Prepare that corpus again, or train the run anew")
@@ -107,7 +140,7 @@ def _same_corpus(run: RunData) -> Corpus:
 
 def _codes(run: RunData) -> Path | None:
     """Return the folder of clip codes made with the run's own appearance model, or None."""
-    own = (run.folder / "aam.npz").read_bytes()
+    own = RunFiles(run.folder).face.read_bytes()
     for candidate in sorted(run.corpus.glob("aam/*/aam.npz")):
         if candidate.stat().st_size == len(own) and candidate.read_bytes() == own:
             return candidate.parent / "codes"

@@ -4,33 +4,34 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from omegaconf import DictConfig
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.settings import RunSettings
 
 MEASURES = {"correlation": "correlation", "rmse": "RMSE (parameter units)"}
 
 
-def network_size(config: DictConfig) -> tuple[int, int]:
-    """Return the layers and the width of the network that a configuration describes.
+def network_size(settings: RunSettings) -> tuple[int, int]:
+    """Return the layers and the width of the network that settings describe.
 
     Raises:
         DnnvssError: the model has no network, or layers of different widths.
     """
-    hidden = list(config.model.network.hidden) if "network" in config.model else []
+    hidden = list(settings.model.get("network", {}).get("hidden", []))
     if not hidden or len(set(hidden)) > 1:
-        raise DnnvssError(f"model={config.model.name} with hidden layers {hidden} has no place in a table of sizes",
+        raise DnnvssError(f"model={settings.model_name} with hidden layers {hidden} has no place in a table of sizes",
                           remedy="Sweep over networks whose layers are equally wide")
     return len(hidden), int(hidden[0])
 
 
-def write_sizes(folders: Sequence[Path], configs: Sequence[DictConfig], out: Path) -> list[Path]:
+def write_sizes(folders: Sequence[Path], settings: Sequence[RunSettings], out: Path) -> list[Path]:
     """Write ``sizes.json`` and ``sizes.png``, speech of the test split by layers and width, and return their paths.
 
     Args:
         folders: finished runs.
-        configs: of each.
+        settings: of each.
         out: folder.
 
     Raises:
@@ -39,12 +40,12 @@ def write_sizes(folders: Sequence[Path], configs: Sequence[DictConfig], out: Pat
     from dnnvss.render.plots import plot_grid
 
     found: dict[tuple[int, int], dict[str, float]] = {}
-    for folder, config in zip(folders, configs, strict=True):
-        size = network_size(config)
+    for folder, own in zip(folders, settings, strict=True):
+        size = network_size(own)
         if size in found:
             raise DnnvssError(f"two runs have {size[0]} layers of {size[1]} units", file=folder,
                               remedy="Let nothing but the size differ")
-        speech = files.read_json(folder / "metrics.json")["systems"]["model"]["regions"]["speech"]
+        speech = files.read_json(RunFiles(folder).metrics)["systems"]["model"]["regions"]["speech"]
         found[size] = {name: speech[name]["mean"] for name in MEASURES}
     layers, widths = (sorted({size[axis] for size in found}) for axis in (0, 1))
     grids = {title: np.array([[found.get((n, w), {}).get(name, np.nan) for w in widths] for n in layers], float)

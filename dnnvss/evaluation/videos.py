@@ -10,7 +10,7 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import resample
 from dnnvss.evaluation import Report
 from dnnvss.media import read_audio, read_video, write_video
-from dnnvss.render import Neutral, Renderer
+from dnnvss.render import Renderer
 from dnnvss.render.side_by_side import side_by_side
 from dnnvss.runs.run import Run
 from dnnvss.style.generator import PLAIN, make_style
@@ -30,16 +30,16 @@ def worst_middle_best(report: Report, system: str = "model") -> list[str]:
 
 def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
     """Write ``videos/<sentence>.mp4`` in the run folder, with the recorded sound, and return the paths."""
-    style = make_style(run.config.style, run.face)
-    renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
-    styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, str(run.config.style.name): style}
+    style = make_style(run.settings.style, run.face.names)
+    renderer = Renderer(run.face, run.picture)
+    styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, run.settings.style_name: style}
     written = []
     for utterance in (corpus.utterances[i] for i in ids):
         example, clock = run.example(utterance), run.task.clock
         faces = [renderer.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
         sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
         frames = side_by_side(_recorded(corpus, utterance, renderer.size), *faces, captions=["recorded", *styles])
-        path = run.folder / "videos" / f"{utterance.id}.mp4"
+        path = run.files.video(utterance.id)
         written.append(write_video(path, frames, utterance.clock.rate, sound, _SOUND_RATE))
     return written
 
@@ -52,7 +52,7 @@ def write_systems(runs: Mapping[str, Run], corpus: Corpus, sentence: str, out: P
     utterance = corpus.utterances[sentence]
     faces, captions, size = [], ["recorded"], (0, 0)
     for name, run in runs.items():
-        renderer = Renderer(run.face, Neutral.load(run.folder / "face.npz"))
+        renderer = Renderer(run.face, run.picture)
         trajectory = run.generator(run.example(utterance), PLAIN)
         faces.append(renderer.frames(resample(trajectory, run.task.clock, utterance.clock)))
         captions.append(name)

@@ -16,9 +16,12 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.media import read_audio, write_wav
 from dnnvss.phones import SILENCES, nearest
-from dnnvss.runs.run import Run, newest
+from dnnvss.runs.naming import newest
+from dnnvss.runs.run import Run
+from dnnvss.runs.voice import Voice
 from dnnvss.style import read_keys, sample_keys, write_keys
 from dnnvss.style.generator import functionals, make_style
+from dnnvss.style.rules import measure
 from dnnvss.synthesis.checks import beside, check_request
 from dnnvss.synthesis.risks import find_risks, summary, word_risks
 from dnnvss.systems import Example
@@ -60,10 +63,10 @@ def synthesise(config: DictConfig) -> None:
     folder = Path(config.run) if config.run else newest(Path(config.runs))
     print(f"run: {folder}")
     run = Run.open(folder)
-    voice = read_voice(run)
+    voice = run.voice
     request = read_request(config, run)
     plan = make_plan(config, run, voice)
-    alignment, replaced = replace_unseen(plan.alignment, voice["phones"], voice.get("pauses", SILENCES))
+    alignment, replaced = replace_unseen(plan.alignment, voice.phones, voice.pauses)
     for phone, other in replaced.items():
         print(f"the talker never spoke {phone}: {other} stands in for it")
     example = run.example(Utterance("synthesis", plan.text, alignment))
@@ -73,7 +76,7 @@ def synthesise(config: DictConfig) -> None:
         visemes = plan.alignment.with_tier(example.alignment[TIER])
         plan = replace(plan, alignment=visemes, notes={**plan.notes, "visemes": whence})
     trajectory = generate(config, run, example, plan)
-    spans = find_risks(plan.alignment, run.task.clock, replaced, voice["triphones"], word_risks(
+    spans = find_risks(plan.alignment, run.task.clock, replaced, voice.triphones, word_risks(
         plan.notes.get("pronunciation", ()), plan.notes.get("alignment_scores", ())))
     print(summary(spans, len(trajectory)))
     risks = {"frames": len(trajectory), "rate": str(run.task.clock.rate), "spans": [s.to_json() for s in spans]}
@@ -81,10 +84,10 @@ def synthesise(config: DictConfig) -> None:
     if config.export_alignment:
         exported.append(export_alignment(Path(config.export_alignment), plan))
     trajectory = ahead(trajectory, run.task.clock, config.anticipation / 1000)
-    stage = open_stage(config, run, request, voice["rate"], len(trajectory) / float(run.task.clock.rate))
+    stage = open_stage(config, run, request, voice.rate, len(trajectory) / float(run.task.clock.rate))
     style = OmegaConf.to_container(config.style, resolve=True)
     notes = {"run": str(run.folder), "text": plan.text, **plan.notes, "replaced_phones": replaced, "risks": risks,
-             "style": style, "keys": config.import_keys, "model": run.model.report(example), "credit": voice["credit"],
+             "style": style, "keys": config.import_keys, "model": run.model.report(example), "credit": voice.credit,
              **stage.notes}
     if config.export_curves:
         frames = resample(trajectory, run.task.clock, stage.clock)
@@ -93,21 +96,7 @@ def synthesise(config: DictConfig) -> None:
     print("wrote " + ", ".join(str(p) for p in written))
 
 
-def read_voice(run: Run) -> dict[str, Any]:
-    """Return what the run knows of its talker: phones and triphones spoken, variant of English, frame rate, credit.
-
-    Raises:
-        DnnvssError: the file is missing or from an older version.
-    """
-    path = run.folder / "voice.json"
-    voice: dict[str, Any] = files.read_json(path, "Train the run again")
-    if "triphones" not in voice:
-        raise DnnvssError("does not say which triphones the talker spoke", file=path,
-                          remedy="Train the run again with overwrite=true")
-    return voice
-
-
-def make_plan(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
+def make_plan(config: DictConfig, run: Run, voice: Voice) -> Plan:
     """Return what to say: from an alignment file, the user's voice, or text alone.
 
     Raises:
@@ -120,15 +109,15 @@ def make_plan(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
     return _from_voice(config, voice) if config.wav else _from_text(config, run, voice)
 
 
-def _parsed(config: DictConfig, voice: dict[str, Any], text: str | None = None) -> "Sentence":
+def _parsed(config: DictConfig, voice: Voice, text: str | None = None) -> "Sentence":
     from dnnvss.text.overrides import read_overrides
     from dnnvss.text.sentence import parse
 
     overrides = read_overrides(config.overrides) if config.overrides else None
-    return parse(text or str(config.text), variant=voice["variant"], overrides=overrides)
+    return parse(text or str(config.text), variant=voice.variant, overrides=overrides)
 
 
-def _from_alignment(config: DictConfig, voice: dict[str, Any]) -> Plan:
+def _from_alignment(config: DictConfig, voice: Voice) -> Plan:
     alignment = _with_words(read_alignment(config.alignment), config, voice)
     text = str(config.text) if config.text else " ".join(w for w in alignment["words"].labels if w)
     if config.wav:
@@ -141,7 +130,7 @@ def _from_alignment(config: DictConfig, voice: dict[str, Any]) -> Plan:
     return _spoken(config, voice, Plan(text, alignment), None)
 
 
-def _with_words(alignment: Alignment, config: DictConfig, voice: dict[str, Any]) -> Alignment:
+def _with_words(alignment: Alignment, config: DictConfig, voice: Voice) -> Alignment:
     """Return an alignment that has the tier ``words``: its own, or the words of ``text`` laid over its phones."""
     names = [tier.name for tier in alignment.tiers]
     if "phones" not in names:
@@ -153,27 +142,24 @@ def _with_words(alignment: Alignment, config: DictConfig, voice: dict[str, Any])
         raise DnnvssError("has phones and no tier 'words'", file=config.alignment, remedy='Add text="..."')
     from dnnvss.speech.align_words import words_over
 
-    words = [(w.spoken, w.choices(voice["variant"])) for w in _parsed(config, voice).words]
+    words = [(w.spoken, w.choices(voice.variant)) for w in _parsed(config, voice).words]
     return alignment.with_tier(words_over(alignment["phones"], words))
 
 
-def _from_voice(config: DictConfig, voice: dict[str, Any]) -> Plan:
+def _from_voice(config: DictConfig, voice: Voice) -> Plan:
     from dnnvss.speech.align import align
 
     sentence = _parsed(config, voice)
-    words = [(w.spoken, w.choices(voice["variant"])) for w in sentence.words]
+    words = [(w.spoken, w.choices(voice.variant)) for w in sentence.words]
     aligned = align(read_audio(config.wav, _ALIGNER_RATE), words)
     notes = {"engine": "the given recording", "pronunciation": sentence.report(), "alignment_scores": aligned.scores}
     return Plan(sentence.text, aligned.alignment, read_audio(config.wav, _SOUND_RATE), notes=notes)
 
 
-def _from_text(config: DictConfig, run: Run, voice: dict[str, Any]) -> Plan:
-    from dnnvss.speech.durations import DurationModel
-
+def _from_text(config: DictConfig, run: Run, voice: Voice) -> Plan:
     sentence = _parsed(config, voice)
-    durations = DurationModel.load(run.folder / "durations.npz")
-    alignment = durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in / 1000,
-                                  lead_out=config.lead_out / 1000, expected=_expected(config, run))
+    alignment = run.durations.predict(sentence, rate=config.speed, total=config.total, lead_in=config.lead_in / 1000,
+                                      lead_out=config.lead_out / 1000, expected=_expected(config, run))
     plan = Plan(sentence.text, alignment, notes={"pronunciation": sentence.report()})
     return _spoken(config, voice, plan, sentence)
 
@@ -193,7 +179,7 @@ def model_durations(run: Run) -> "Expected":
     def seconds(alignment: Alignment, text: str) -> np.ndarray:
         frames = run.model.phone_durations(run.example(Utterance("synthesis", text, alignment)))
         if frames is None:
-            raise DnnvssError(f"{run.config.model.name} has learnt no durations", file=run.folder,
+            raise DnnvssError(f"{run.settings.model_name} has learnt no durations", file=run.folder,
                               remedy="Use durations=corpus, or a run of model=hsmm")
         spoken = [label not in SILENCES for label in alignment["phones"].labels]
         return frames[spoken] / float(run.task.clock.rate)
@@ -201,7 +187,7 @@ def model_durations(run: Run) -> "Expected":
     return seconds
 
 
-def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Sentence | None") -> Plan:
+def _spoken(config: DictConfig, voice: Voice, plan: Plan, sentence: "Sentence | None") -> Plan:
     if config.speech.engine == "none":
         return plan
     from dnnvss.speech.engines import find_engine, with_silences
@@ -219,7 +205,7 @@ def _spoken(config: DictConfig, voice: dict[str, Any], plan: Plan, sentence: "Se
     return Plan(plan.text, alignment, speech.samples, speech.rate, {**plan.notes, "engine": engine.name})
 
 
-def replace_unseen(alignment: Alignment, known: list[str],
+def replace_unseen(alignment: Alignment, known: Sequence[str],
                    pauses: Sequence[str] = SILENCES) -> tuple[Alignment, dict[str, str]]:
     """Return the alignment in phones that the talker spoke, and which phone stands in for which.
 
@@ -234,12 +220,12 @@ def replace_unseen(alignment: Alignment, known: list[str],
 
 def generate(config: DictConfig, run: Run, example: Example, plan: Plan) -> np.ndarray:
     """Return the trajectory (T, D) on the run's clock, in the style and with the keys that ``config`` asks for."""
-    style = make_style(config.style, run.face)
-    for setting, reason in run.generator.talker.unknown.items():
+    style = make_style(OmegaConf.to_container(config.style, resolve=True), run.face.names)  # type: ignore[arg-type]
+    for setting, missing in run.generator.talker.unknown.items():
         if getattr(style, setting):
-            print(f"{reason}: style.{setting} has no effect")
+            print(f"the talker's recordings hold no {missing}: style.{setting} has no effect")
     keys = read_keys(config.import_keys) if config.import_keys else []
-    held = functionals(run.face)
+    held = functionals(run.face, run.generator.talker)
     return run.generator(example, style, keys, held, plan.alignment["phones"])
 
 
@@ -263,7 +249,7 @@ def ahead(trajectory: np.ndarray, clock: FrameClock, seconds: float) -> np.ndarr
 
 
 def _export_keys(config: DictConfig, run: Run, trajectory: np.ndarray, plan: Plan) -> Path:
-    known = functionals(run.face)
+    known = functionals(run.face, run.generator.talker)
     if unknown := [name for name in config.key_names if name not in known]:
         raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}", remedy=f"Use some of: {', '.join(known)}")
     held = {name: known[name] for name in config.key_names}
@@ -275,8 +261,8 @@ def _export_curves(config: DictConfig, run: Run, frames: np.ndarray, clock: Fram
     """Write the lips' measures and the coefficients of pictures whose parameters are ``frames`` (F, D)."""
     from dnnvss.export.curves import write_curves
 
-    known = functionals(run.face)
-    return write_curves(Path(config.export_curves), {name: f(frames) for name, f in known.items()}, clock)
+    known = functionals(run.face, run.generator.talker)
+    return write_curves(Path(config.export_curves), {name: measure(f, frames) for name, f in known.items()}, clock)
 
 
 def write_outputs(stage: "Stage", out: Path, trajectory: np.ndarray, plan: Plan, notes: dict[str, Any]) -> list[Path]:
@@ -310,6 +296,6 @@ def render_utterance(run: Run, corpus: Corpus, utterance: Utterance, out: Path) 
     samples = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
     plan = Plan(utterance.text, utterance.alignment, samples, _SOUND_RATE)
     notes = {"run": str(run.folder), "utterance": utterance.id, "text": utterance.text, "credit": corpus.info.credit}
-    style = make_style(run.config.style, run.face)
+    style = make_style(run.settings.style, run.face.names)
     trajectory = run.generator(run.example(utterance), style)
     write_outputs(neutral_stage(run, utterance.clock), out, trajectory, plan, notes)

@@ -14,7 +14,7 @@ from dnnvss.face.aam import ActiveAppearanceModel, encode_clip
 from dnnvss.face.aam.coding import UnusableClipError
 from dnnvss.formats import read_marks, read_npz
 from dnnvss.media import read_video, video_info
-from dnnvss.render import Footage, Neutral, Renderer, Revoicer, walk
+from dnnvss.render import Footage, Renderer, Revoicer, walk
 from dnnvss.render.views import mesh_frames, patch_frames
 from dnnvss.runs.run import Run
 from dnnvss.timing import FrameClock
@@ -60,7 +60,7 @@ class Stage:
 
 def neutral_stage(run: Run, clock: FrameClock, scale: float = 1.0, views: tuple[str, ...] = ("face",)) -> Stage:
     """Return the run's neutral frame as the place to draw in."""
-    return Stage(run, Renderer(run.face, Neutral.load(run.folder / "face.npz"), scale), clock, views)
+    return Stage(run, Renderer(run.face, run.picture, scale), clock, views)
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def read_footage(run: Run, into: str) -> Footage:
         images, points, valid = read_video(path), landmarks.points.astype(float), landmarks.valid
         source: str | Path = path
     else:
-        corpus = Corpus.open(run.config.corpus.out)
+        corpus = Corpus.open(run.settings.corpus_folder)
         if into not in corpus.utterances:
             raise DnnvssError(f"into: no utterance and no video file is named {into!r}",
                               remedy=f"Give an id of {corpus.root} or the path of a video with its landmarks beside it")

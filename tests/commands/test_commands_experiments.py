@@ -8,8 +8,10 @@ from conftest import ROOT
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
+from dnnvss.commands.plain import run_settings
 from dnnvss.errors import DnnvssError
-from dnnvss.runs.run import make_model, make_task
+from dnnvss.runs.run import make_model
+from dnnvss.runs.settings import RunSettings
 
 CONF = ROOT / "conf"
 EXPERIMENTS = sorted(p.stem for p in (CONF / "experiment").glob("*.yaml"))
@@ -34,33 +36,35 @@ def _split(values: str) -> list[str]:
     return parts
 
 
+def composed(*given: str) -> RunSettings:
+    return run_settings(compose("train", list(given)))
+
+
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
     swept = _swept(CONF / "experiment" / f"{name}.yaml")
     with initialize_config_dir(str(CONF), version_base="1.3"):
         for values in product(*swept.values()):
             chosen = [f"{key}={value}" for key, value in zip(swept, values, strict=True)]
-            config = compose("train", [f"experiment={name}", *chosen])
-            task = make_task(config)
-            assert make_model(config, task).table is task.table
+            settings = composed(f"experiment={name}", *chosen)
+            assert make_model(settings, settings.task).table is settings.task.table
 
 
 @pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
                                             ("model.members=0", "model.members=0 is less than one")])
 def test_a_setting_that_the_model_refuses_is_named_as_it_stands(wrong: str, message: str) -> None:
     with initialize_config_dir(str(CONF), version_base="1.3"):
-        config = compose("train", [wrong])
+        settings = composed(wrong)
     with pytest.raises(DnnvssError, match=message):
-        make_model(config, make_task(config))
+        make_model(settings, settings.task)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_model_that_does_not_look_at_dynamic_visemes_refuses_them(model: str) -> None:
     with initialize_config_dir(str(CONF), version_base="1.3"):
-        config = compose("train", [f"model={model}", "labels=ph_dv"])
-    task = make_task(config)
+        settings = composed(f"model={model}", "labels=ph_dv")
     if model in ("feedforward", "gaussian", "blend", "guided"):
-        assert make_model(config, task).reads_visemes
+        assert make_model(settings, settings.task).reads_visemes
     else:
         with pytest.raises(DnnvssError, match=f"model={model} does not look at.*labels=ph_dv.*labels=ph_d"):
-            make_model(config, task)
+            make_model(settings, settings.task)

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import CHROMIUM, open_browser
+from conftest import ROOT
 from face.aam_cases import CONFIG, clip_arrays, corpus
+from hydra import compose, initialize_config_dir
 
 from dnnvss import DnnvssError, files
 from dnnvss.commands.compare import main
+from dnnvss.commands.plain import run_settings
 from dnnvss.curves import resample
 from dnnvss.evaluation.runs import make_bench, read_run
 from dnnvss.face.aam import Clip, encode_clip, fit_aam
@@ -48,7 +51,8 @@ def run(tmp_path_factory):
               "valid": {i: np.ones(len(x), bool) for i, x in reference.items()}}
     for kind, values in arrays.items():
         files.write_arrays(folder / "predictions" / f"{kind}.npz", **values)
-    files.write_text(folder / "config.yaml", f"trajectory: {{rate: 100}}\ncorpus: {{out: {tmp_path / 'corpus'}}}\n")
+    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
+        run_settings(compose("train", [f"corpus.out={tmp_path}/corpus"])).write(folder)
     files.write_json(folder / "run.json", {"corpus": data.fingerprint})
     return folder
 
@@ -61,8 +65,8 @@ def test_landmarks_are_tracked_and_in_the_frame_of_the_face(run):
         assert s.landmarks.shape == expressed.shape
         assert np.abs(s.landmarks - expressed).mean() < 0.5  # pixels: what the six modes leave out
     x = bench.sentences[0].reference
-    assert bench.gauge("aperture")(x).std() > 0.5
-    moved = np.corrcoef(bench.gauge("aperture")(x), bench.gauge("lower_lip")(x))[0, 1]
+    assert bench.face.aperture(x).std() > 0.5
+    moved = np.corrcoef(bench.face.aperture(x), bench.face.lower_lip(x))[0, 1]
     assert moved > 0.9  # the toy talker opens with the lower lip
 
 

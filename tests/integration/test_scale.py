@@ -16,7 +16,7 @@ from dnnvss.commands.export import main as export
 from dnnvss.commands.train import train
 from dnnvss.errors import DnnvssError
 from dnnvss.media import video_info
-from dnnvss.runs.bundle import write_bundle
+from dnnvss.runs.bundling import write_bundle
 from dnnvss.runs.run import Run
 from dnnvss.synthesis.speak import synthesise
 
@@ -38,7 +38,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
         train(configure("train", f"corpus.out={home}/demo", f"runs={home}/runs", f"model.network.hidden={hidden}",
                         *FAST))
     for path in (home / "runs").glob("*/metrics.json"):
-        if Run.open(path.parent).config.model.network.hidden == SIZES[1]:
+        if Run.open(path.parent).settings.model["network"]["hidden"] == SIZES[1]:
             path.unlink()
     return home
 

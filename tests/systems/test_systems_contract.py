@@ -8,6 +8,7 @@ import torch
 from conftest import CLOCK, ROOT, TABLE
 from hydra import compose, initialize_config_dir
 
+from dnnvss.commands.plain import run_settings
 from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.runs.run import make_model
 from dnnvss.systems import Example, VisualModel
@@ -21,7 +22,7 @@ SMALL = ["trainer.progress=false", "trainer.epochs=3", "trainer.figure_every=0",
 def build(name: str) -> VisualModel:
     with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
         config = compose("train", [f"model={name}", *SMALL])
-    return make_model(config, Task(TABLE, CLOCK, STATIC_DELTA_DELTA2))
+    return make_model(run_settings(config), Task(TABLE, CLOCK, STATIC_DELTA_DELTA2))
 
 
 @pytest.fixture(scope="module", params=NAMES)

@@ -1,0 +1,129 @@
+"""Where everything lies in a run folder, and in a bundle, which has the same names for what both have."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class RunFiles:
+    """The paths of a run folder; nothing else in the package spells them.
+
+    What the fit of a network needs to go on (``checkpoints``, ``tensorboard``) is the engine's own, under the folder.
+
+    Args:
+        folder: of the run.
+    """
+
+    folder: Path
+
+    @property
+    def config(self) -> Path:
+        """The settings that the run was trained with."""
+        return self.folder / "config.yaml"
+
+    @property
+    def provenance(self) -> Path:
+        """Versions, the fingerprint of the corpus and the number format; the first sign of a run."""
+        return self.folder / "run.json"
+
+    @property
+    def model(self) -> Path:
+        """What the system learnt; there once the fit has ended."""
+        return self.folder / "model.pt"
+
+    @property
+    def units(self) -> Path:
+        """The dynamic visemes and their predictor, where the labels have some."""
+        return self.folder / "units.pt"
+
+    @property
+    def unit_scores(self) -> Path:
+        """How well dynamic visemes are predicted."""
+        return self.folder / "units.json"
+
+    @property
+    def face(self) -> Path:
+        """The face whose parameters the system predicts."""
+        return self.folder / "aam.npz"
+
+    @property
+    def picture(self) -> Path:
+        """The picture of the talker that the face is drawn into."""
+        return self.folder / "face.npz"
+
+    @property
+    def talker(self) -> Path:
+        """What styles know of the talker's movement."""
+        return self.folder / "talker.npz"
+
+    @property
+    def durations(self) -> Path:
+        """How long the talker's phones last."""
+        return self.folder / "durations.npz"
+
+    @property
+    def voice(self) -> Path:
+        """What the talker said, and how: see :class:`dnnvss.runs.voice.Voice`."""
+        return self.folder / "voice.json"
+
+    @property
+    def metrics(self) -> Path:
+        """The numbers of the evaluation; written last, so that a run that has them is finished."""
+        return self.folder / "metrics.json"
+
+    @property
+    def page(self) -> Path:
+        """The tables of the evaluation."""
+        return self.folder / "metrics.md"
+
+    @property
+    def unseen_words(self) -> Path:
+        """The numbers inside words that no training sentence holds, where there are some."""
+        return self.folder / "metrics_unseen_words.json"
+
+    @property
+    def predictions(self) -> Path:
+        """The folder of :meth:`prediction`."""
+        return self.folder / "predictions"
+
+    @property
+    def sample(self) -> Path:
+        """A test sentence as a video."""
+        return self.folder / "sample.mp4"
+
+    @property
+    def tensorboard(self) -> Path:
+        """The curves of the fit."""
+        return self.folder / "tensorboard"
+
+    @property
+    def comparison(self) -> Path:
+        """The folder of a comparison with other runs."""
+        return self.folder / "evaluation"
+
+    @property
+    def index(self) -> Path:
+        """What makes a folder a bundle; written last."""
+        return self.folder / "bundle.json"
+
+    def prediction(self, kind: str) -> Path:
+        """Arrays of the test sentences by id: ``predicted``, ``reference``, ``speech``, ``valid``."""
+        return self.predictions / f"{kind}.npz"
+
+    def styled(self) -> dict[str, Path]:
+        """The trajectories of the test sentences in each style, or from each other source, by its name."""
+        paths = sorted(self.predictions.glob("predicted_*.npz"))
+        return {path.stem.removeprefix("predicted_"): path for path in paths}
+
+    def figure(self, name: str) -> Path:
+        """A plot of the evaluation."""
+        return self.folder / "figures" / f"{name}.png"
+
+    def video(self, sentence: str) -> Path:
+        """A test sentence beside its recording."""
+        return self.folder / "videos" / f"{sentence}.mp4"
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run has been evaluated."""
+        return self.metrics.is_file()

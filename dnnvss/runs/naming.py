@@ -1,0 +1,100 @@
+"""What makes two runs the same run: the name of a folder, and whether a run goes on as it was begun."""
+
+import hashlib
+import json
+import shutil
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from dnnvss import __version__, files
+from dnnvss.errors import DnnvssError
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.settings import RunSettings
+from dnnvss.training.settings import SHARING
+
+_NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample")
+
+
+def run_name(settings: RunSettings, fingerprint: str) -> str:
+    """A folder name that changes when, and only when, something that changes results does.
+
+    Args:
+        settings: of the run.
+        fingerprint: of the corpus.
+    """
+    kept = what_counts(settings, fingerprint)
+    digest = hashlib.sha256(json.dumps([kept, __version__], sort_keys=True).encode()).hexdigest()[:8]
+    parts = [str(settings.corpus["name"]), settings.split, settings.labels_name, settings.model_name, digest]
+    return "-".join(p for p in parts if p)
+
+
+def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
+    """The settings that change results, with the fingerprint of the corpus.
+
+    Those of dynamic visemes count where the labels have some.
+    """
+    kept = {k: v for k, v in asdict(settings).items() if k not in _NOT_RESULTS}
+    unused = [] if kept["trainer"].get("refine") else ["refine", "refine_rate"]
+    quiet = {"progress", "figure_every", *SHARING, *unused}
+    kept["trainer"] = {k: v for k, v in kept["trainer"].items() if k not in quiet}
+    if "settings" in kept["model"]:
+        own = {k: v for k, v in kept["model"]["settings"].items() if k not in quiet}
+        kept["model"] = {**kept["model"], "settings": own}
+    if not settings.task.table.uses_visemes:
+        del kept["visemes"]
+    kept["corpus"] = {"fingerprint": fingerprint, "split": settings.split}
+    return kept
+
+
+def check_begun(folder: Path, settings: RunSettings, fingerprint: str) -> None:
+    """Refuse to go on with a run that was begun with other settings or another corpus.
+
+    Raises:
+        DnnvssError: they differ in something that changes results; the first few are named.
+    """
+    places = RunFiles(folder)
+    if not places.config.is_file() or not places.provenance.is_file():
+        return
+    corpus = str(files.read_json(places.provenance, "Delete the folder").get("corpus"))
+    pairs = ((RunSettings.load(folder), corpus), (settings, fingerprint))
+    before, now = (_flat(what_counts(s, f)) for s, f in pairs)
+    changed = [f"{key} ({before.get(key)}, now {now.get(key)})" for key in sorted({*before, *now})
+               if before.get(key) != now.get(key)]
+    if changed:
+        more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
+        raise DnnvssError(f"holds a run with other settings: {', '.join(changed[:3])}{more}", file=folder,
+                          remedy="Leave run= out or name another folder; overwrite=true deletes this run first")
+
+
+def delete_run(folder: Path) -> None:
+    """Delete a run folder, if there is one.
+
+    Raises:
+        DnnvssError: the folder holds something that is no run.
+    """
+    if not folder.exists():
+        return
+    if any(folder.iterdir()) and not RunFiles(folder).provenance.is_file():
+        raise DnnvssError("holds something that is not a run, so overwrite=true does not delete it", file=folder,
+                          remedy="Choose another folder")
+    shutil.rmtree(folder)
+
+
+def newest(runs: Path) -> Path:
+    """The finished run in ``runs`` that ended last.
+
+    Raises:
+        DnnvssError: there is none.
+    """
+    finished = [folder for folder in runs.glob("*") if RunFiles(folder).finished]
+    if not finished:
+        raise DnnvssError("no finished run here", file=runs, remedy="Train one first: python train.py corpus=demo")
+    return max(finished, key=lambda folder: RunFiles(folder).metrics.stat().st_mtime)
+
+
+def _flat(value: Any, name: str = "") -> dict[str, Any]:
+    """Nested containers as one, with dotted names."""
+    if not isinstance(value, dict):
+        return {name: value}
+    return {k: v for key, part in value.items() for k, v in _flat(part, f"{name}.{key}" if name else str(key)).items()}

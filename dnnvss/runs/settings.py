@@ -1,0 +1,103 @@
+"""The settings of a run: what ``conf/train.yaml`` composes, and ``config.yaml`` keeps, as one typed value."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from omegaconf import OmegaConf
+
+from dnnvss import files
+from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
+from dnnvss.errors import DnnvssError
+from dnnvss.features import FeatureTable
+from dnnvss.runs.files import RunFiles
+from dnnvss.settings import read_settings, setting
+from dnnvss.systems.examples import Task
+from dnnvss.timing import FrameClock
+
+WINDOWS = {"static": STATIC, "static_delta": STATIC_DELTA, "static_delta_delta2": STATIC_DELTA_DELTA2}
+
+
+@dataclass(frozen=True)
+class TrajectorySettings:
+    """On which clock systems predict, and which streams."""
+
+    rate: int | float | str = setting(100, doc="frames a second")
+    windows: str = setting("static_delta_delta2", choices=WINDOWS, doc="the streams that MLPG joins")
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """What a run is trained with, in groups; each group is read by the room that it belongs to."""
+
+    corpus: Mapping[str, Any]
+    aam: Mapping[str, Any]
+    labels: Mapping[str, Any]
+    visemes: Mapping[str, Any]
+    model: Mapping[str, Any]
+    trajectory: TrajectorySettings
+    style: Mapping[str, Any]
+    trainer: Mapping[str, Any]
+    seed: int = setting(0)
+    runs: str = setting("runs", doc="folder of run folders")
+    run: str | None = setting(None, doc="the run folder; named by what changes results where None")
+    overwrite: bool = setting(False, doc="train anew where a finished run has the same name")
+    jobs: int = setting(-1, doc="processes of the stage that encodes faces; -1 for all cores")
+    sample: bool = setting(True, doc="render test sentences at the end")
+
+    @classmethod
+    def load(cls, folder: Path) -> "RunSettings":
+        """The settings that the run in a folder was begun with.
+
+        Raises:
+            DnnvssError: the folder holds no run, or one whose settings mean nothing to this version.
+        """
+        path = RunFiles(folder).config
+        values = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p)),
+                            "Train a system first: python train.py")
+        try:
+            return read_settings(cls, values, "")
+        except DnnvssError as error:
+            raise DnnvssError(error.problem, file=path, remedy="Train the run anew with this version: python train.py "
+                              "overwrite=true") from error
+
+    def write(self, folder: Path) -> Path:
+        """Keep the settings in a run folder and return the path."""
+        return files.write_text(RunFiles(folder).config, OmegaConf.to_yaml(OmegaConf.create(asdict(self))))
+
+    @cached_property
+    def task(self) -> Task:
+        """What a system is trained on: labels, clock and streams.
+
+        Raises:
+            DnnvssError: labels or a rate that do not exist.
+        """
+        windows = WINDOWS[self.trajectory.windows]
+        return Task(FeatureTable.from_config(dict(self.labels)), FrameClock(self.trajectory.rate), windows)
+
+    @property
+    def corpus_folder(self) -> Path:
+        """The folder of the prepared corpus."""
+        return Path(self.corpus["out"])
+
+    @property
+    def split(self) -> str:
+        """The variant of the split; empty for the usual one."""
+        return str(self.corpus["split"])
+
+    @property
+    def labels_name(self) -> str:
+        """The name of the labels."""
+        return str(self.labels["name"])
+
+    @property
+    def model_name(self) -> str:
+        """The name of the system."""
+        return str(self.model["name"])
+
+    @property
+    def style_name(self) -> str:
+        """The name of the style that the run is evaluated in beside plain MLPG."""
+        return str(self.style["name"])
