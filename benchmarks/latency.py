@@ -91,7 +91,7 @@ def main() -> None:
     for folder in options.runs:
         run, timed = Run.open(folder), Stopwatch()
         renderer = Renderer(run.face, run.picture)
-        style = make_style(OmegaConf.to_container(compose(CONF, "synth", []).style), run.face.names)
+        style = make_style(OmegaConf.to_container(compose(CONF, "synth", []).style), run.face)
         speak(run, renderer, style, options.seconds, Stopwatch())  # what is read once is read
         for _ in range(options.repeats):
             frames = speak(run, renderer, style, options.seconds, timed)

@@ -50,7 +50,7 @@ def main() -> None:
             footage, first = Footage(whole.images, code, utterance.rate).usable()
         except DnnvssError:
             continue
-        frames = np.flatnonzero(model.aperture(footage.code.parameters) > OPEN)
+        frames = np.flatnonzero(model.gauges["aperture"](footage.code.parameters) > OPEN)
         lips = points[first + frames][:, model.layout.rows[model.layout.inner]]
         for amount in amounts:
             revoicer = Revoicer(model, footage, frames, patch=Patch(model, sharpness=amount))

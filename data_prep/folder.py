@@ -102,11 +102,11 @@ def _groups(raw: Path, sources: list[Source]) -> tuple[dict[str, tuple[int, int]
     """Return the groups of landmarks and what stored coordinates are divided by."""
     described = raw / "landmarks.json"
     if described.is_file():
-        groups, scale = read_marks(described)
-        if not groups:
+        marks = read_marks(described)
+        if not marks.groups:
             raise DnnvssError("describes no groups of landmarks", file=described,
                               remedy="Write {\"groups\": {\"lips_outer\": [48, 60], ...}} there")
-        return groups, scale
+        return marks.groups, marks.scale
     first = next((s for s in sources if not s.problem), None)
     if first is not None and (count := _count(first)) not in (0, 68):
         raise DnnvssError(f"utterance {first.id} has {count} landmarks a frame, and their groups are not known",

@@ -79,10 +79,10 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
     """
     raw = Path(raw)
     videos = _videos(raw)
-    groups, scale = read_marks(raw / "landmarks.json")
-    info = CorpusInfo(name, (0, 0), "25", groups, variant, CREDIT)
+    marks = read_marks(raw / "landmarks.json")
+    info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, CREDIT)
     recipe = Recipe(info, read_splits(raw / "splits"), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
-                    scale=scale, lexicon=LEXICON | dict(lexicon or {}), slack=word_slack,
+                    scale=marks.scale, lexicon=LEXICON | dict(lexicon or {}), slack=word_slack,
                     sync=sync)
     delays = SOUND_DELAY | dict(sound_delay or {})
     sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0)) for i, video in sorted(videos.items())]

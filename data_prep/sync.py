@@ -19,7 +19,7 @@ from tqdm import tqdm
 
 from data_prep.media import RATE, laid
 from data_prep.stages import FOLDER, Workshop, fingerprint
-from dnnvss import files
+from dnnvss import files, robust
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.pose import fit_pose, mean_shape, to_reference
 from dnnvss.media import read_audio, write_wav
@@ -130,7 +130,7 @@ def shrunk(names: Sequence[str], whole: np.ndarray, first: np.ndarray, second: n
 
 
 def _deviation(x: np.ndarray) -> float:
-    return float(1.4826 * np.median(np.abs(x - np.median(x)))) if len(x) else 0.0
+    return float(robust.deviation(x)) if len(x) else 0.0
 
 
 def _rows(groups: Mapping[str, tuple[int, int]], *names: str) -> np.ndarray:

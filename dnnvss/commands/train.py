@@ -79,7 +79,7 @@ def train(config: DictConfig) -> float:
         others = {source: list(make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers))}
     talker = learn_talker(task, model, examples, encoded.model)
     talker.save(places.talker)
-    style = make_style(config.style, encoded.model.names)
+    style = make_style(config.style, encoded.model)
     styles = {} if style.plain else {config.style.name: style}
     notes: list[str] = []
     if plan and units:

@@ -2,7 +2,7 @@
 
 A damaged group of pictures decodes without complaint, and a landmark tracker follows ghosts in it. Both stand out when
 clips are compared with themselves and with the rest of the corpus by measures that single bad clips cannot move:
-medians and median absolute deviations (times 1.4826, in the scale of a standard deviation).
+medians and robust standard deviations (:mod:`dnnvss.robust`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from dnnvss import robust
+
 THUMBNAIL = (16, 12)
 """Width and height of the thumbnails that pictures are compared by."""
-
-_MAD = 1.4826
 
 REPEATED = 0.05
 """Grey levels by which a picture that is the one before, stored again, may differ from it after compression."""
@@ -143,7 +143,7 @@ def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict
     colour = np.stack([np.median(clips[name].mean(axis=(1, 2)), axis=0) for name in names])
     colour -= colour.mean(axis=1, keepdims=True)
     away = colour - np.median(colour, axis=0)
-    spread = np.maximum(_MAD * np.median(np.abs(away), axis=0), 0.5)
+    spread = np.maximum(robust.spread(away), 0.5)
     distance = np.abs(away / spread).max(axis=1)
     return {name: float(d) for name, d in zip(names, distance, strict=True) if d > limits.colour}
 
@@ -167,9 +167,10 @@ def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
     face = np.median(pooled[:: max(1, len(pooled) // 5000)], axis=0)
     aligned, places = _aligned(pooled, face)
     middle = np.median(aligned, axis=0)
-    spread = _MAD * np.median(np.abs(aligned - middle), axis=0)
+    spread = robust.spread(aligned - middle)
     spread = np.maximum(spread, max(0.2 * float(np.median(spread)), 1e-3 * float(np.ptp(face))))
-    drift = np.concatenate([_MAD * np.abs(p - np.median(p, axis=0)) for p in _split(places, points, valid) if len(p)])
+    drift = np.concatenate([robust.TO_SIGMA * np.abs(p - np.median(p, axis=0))
+                            for p in _split(places, points, valid) if len(p)])
     place_spread = np.maximum(np.median(drift, axis=0), 1e-3 * np.array([np.ptp(face), np.ptp(face), 1.0]))
     found = {}
     shapes = dict(zip(points, _split(aligned, points, valid), strict=True))

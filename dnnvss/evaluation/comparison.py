@@ -8,9 +8,10 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.anchors import anchors
-from dnnvss.evaluation.measures import MEASURES, Bench, Measure, Sentence, frame_errors
+from dnnvss.evaluation.measures import MEASURES, POINTS, Bench, Measure, Sentence, frame_errors, in_unit
 from dnnvss.evaluation.report import aligned, markdown_table, number
 from dnnvss.evaluation.statistics import Difference, Estimate, difference, estimate, holm, pooled
+from dnnvss.face.base import APERTURE
 from dnnvss.phones.articulation import ARTICULATION
 
 CLASSES = ("vowel", "bilabial", "labiodental", "dental", "alveolar", "postalveolar", "velar", "other consonant",
@@ -39,6 +40,7 @@ class Comparison:
         measures: metrics in order.
         first: number of leading coefficients in averages.
         seed: of intervals and tests.
+        unit: of the face.
     """
 
     pairs: dict[str, dict[str, np.ndarray]]
@@ -48,6 +50,7 @@ class Comparison:
     measures: tuple[Measure, ...]
     first: int
     seed: int = 0
+    unit: str = "px"
 
     def estimate(self, system: str, metric: str) -> Estimate:
         """Return a system's value and 95 % interval."""
@@ -93,7 +96,7 @@ class Comparison:
             if any(name in metrics for metrics in next(iter(self.classes.values())).values()):
                 rows = [[s, *[number(pooled(by[c][name])) if c in by else number(float("nan")) for c in CLASSES]]
                         for s, by in self.classes.items()]
-                tables.append(markdown_table([title, *CLASSES], rows))
+                tables.append(markdown_table([in_unit(title, self.unit), *CLASSES], rows))
         return tables
 
     def table(self) -> str:
@@ -121,7 +124,7 @@ class Comparison:
 
 BETTER = {"high": "higher is better", "low": "lower is better", "zero": "best at 0", "one": "best at 1",
            "talker": "best at the truth's value"}
-CLASS_METRICS = {"rmse": "RMSE (sd)", "landmarks": "landmarks (px)", "aperture": "aperture error (px)"}
+CLASS_METRICS = {"rmse": "RMSE (sd)", "landmarks": "landmarks (UNIT)", "aperture": "aperture error (UNIT)"}
 """Metrics of single frames, by phone class: error of the first coefficients in their standard deviations, mean
 distance of the landmarks, and mean aperture of the prediction less that of the truth."""
 
@@ -137,7 +140,7 @@ def compare(
         systems: name to sentence id to trajectory (T, D).
         seed: of anchors, intervals and tests.
         with_anchors: whether to add :func:`dnnvss.evaluation.anchors.anchors`.
-        measures: the metrics; those that need a face are left out where the bench has none.
+        measures: the metrics; those that need what the face lacks are left out.
 
     Raises:
         DnnvssError: nothing to compare, or a prediction that is missing, of another size or not finite.
@@ -146,13 +149,14 @@ def compare(
         raise DnnvssError("there is nothing to compare", remedy="Give one run and one test sentence at least")
     checked = {name: {s.id: _checked(name, own, s) for s in bench.sentences} for name, own in systems.items()}
     extra = {name: p for name, p in anchors(bench, seed).items() if name not in checked} if with_anchors else {}
-    measures = tuple(m for m in measures if bench.face is not None or not m.needs_face)
+    measures = bench.measured(measures)
     pairs, classes = {}, {}
     for name, predicted in {**checked, **extra}.items():
         rows = {m.name: [m.pair(bench, s, predicted[s.id]) for s in bench.sentences] for m in measures}
         pairs[name] = {metric: np.array(values, dtype=float) for metric, values in rows.items()}
         classes[name] = _by_class(bench, predicted)
-    return Comparison(pairs, classes, tuple(s.id for s in bench.sentences), tuple(checked), measures, bench.first, seed)
+    return Comparison(pairs, classes, tuple(s.id for s in bench.sentences), tuple(checked), measures, bench.first, seed,
+                      bench.unit)
 
 
 def _checked(name: str, predicted: Predictions, s: Sentence) -> np.ndarray:
@@ -172,9 +176,10 @@ def _by_class(bench: Bench, predicted: Predictions) -> dict[str, dict[str, np.nd
         x, owner = predicted[s.id], _frame_classes(s, bench)
         error = ((x - s.reference)[:, : bench.first] / bench.scale[: bench.first]) ** 2
         tracks = {"rmse": error.mean(axis=1)}
-        if bench.face is not None:
+        if POINTS in bench.known:
             tracks["landmarks"] = frame_errors(bench, s, x)
-            tracks["aperture"] = bench.face.aperture(x) - bench.face.aperture(s.reference)
+        if APERTURE in bench.known:
+            tracks["aperture"] = bench.gauge(APERTURE)(x) - bench.gauge(APERTURE)(s.reference)
         for c, name in enumerate(CLASSES):
             mask = (owner == c) & s.valid
             for metric, track in tracks.items():

@@ -20,6 +20,7 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, encode_clip, reconstruct
 from dnnvss.face.aam.labelling.sheet import write_picture
+from dnnvss.face.base import APERTURE
 from dnnvss.media import read_audio, read_video, write_video
 from dnnvss.render import Footage, Revoicer
 from dnnvss.render.plots import plot_modes, plot_residual
@@ -60,7 +61,7 @@ def see(model: ActiveAppearanceModel, corpus: Corpus, name: str) -> Seen:
 def draw_reconstruction(path: Path, model: ActiveAppearanceModel, seen: Seen, count: int = 6) -> Path:
     """Write frames from the closest to the most open mouth: recorded, drawn, and their difference (x 4, about grey)."""
     valid = np.flatnonzero(seen.code.valid)
-    openness = valid[np.argsort(model.aperture(seen.code.parameters[valid]), kind="stable")]
+    openness = valid[np.argsort(model.gauges[APERTURE](seen.code.parameters[valid]), kind="stable")]
     frames = openness[np.linspace(0, len(openness) - 1, min(count, len(openness))).astype(int)]
     code = seen.code
     part = ClipCode(code.parameters[frames], code.pose[frames], code.shape_offset, code.texture_offset,

@@ -1,46 +1,27 @@
 """Every metric of the harness: its name, its written definition, and the function that computes it for one sentence."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from dnnvss.evaluation.lips import BILABIALS, LABIODENTALS, TALKER_SHARE, lip_events, talker_level
 from dnnvss.evaluation.metrics import centred_rmse, correlation, global_variance_ratio, mean_known, rmse
 from dnnvss.evaluation.movement import CUTOFF, dtw, high_power, jerk, lag, landmark_error, speed
+from dnnvss.face.base import APERTURE, LOWER_LIP, WIDTH, Face, Gauge
 from dnnvss.timing import FrameClock, Tier
 
 SILENCES = ("sil", "sp")
 STILL_MARGIN = 0.1
 """Seconds of silence beside speech that do not count as silence: the mouth opens and closes there."""
+POINTS = "points"
+"""What a metric of landmarks needs of a face."""
 DTW_BAND = 0.2
 """Seconds by which the warp may leave the diagonal."""
 
 Pair = tuple[float, float]
 PairFunction = Callable[["Bench", "Sentence", np.ndarray], Pair]
-
-
-class Face(Protocol):
-    """What the harness needs of a shape model; an active appearance model gives it."""
-
-    def points(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return landmarks (T, P, 2) in pixels for parameters (T, D)."""
-        ...
-
-    def aperture(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return the opening between the inner lips (T,) in pixels."""
-        ...
-
-    def lower_lip(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return how far the inner edge of the lower lip is below its highest place (T,) in pixels, up to a
-        constant."""
-        ...
-
-    def width(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return the distance between the mouth's corners (T,) in pixels."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -52,8 +33,8 @@ class Sentence:
         reference: parameters (T, D).
         tier: the phones tier; its start is frame 0.
         speech, valid: (T,) bool, from the first phone's start to the last one's end; frames that were measured.
-        landmarks: tracked points (T, P, 2) in the pixels of the face, or None: then those of the reference parameters
-            count.
+        landmarks: tracked points (T, P, 2 or 3) in the unit of the face, or None: then those of the reference
+            parameters count.
     """
 
     id: str
@@ -88,7 +69,7 @@ class Bench:
     Args:
         sentences: the test sentences.
         clock: of all trajectories.
-        face: landmarks and lips of parameters, or None: metrics that need them are left out.
+        face: landmarks and gauges of parameters, or None: metrics that need what it lacks are left out.
         first: number of leading coefficients in averages.
     """
 
@@ -105,23 +86,42 @@ class Bench:
 
     @cached_property
     def closed(self) -> float:
-        """The aperture that 95 % of the talker's own p, b and m reach, in pixels."""
-        assert self.face is not None
-        return self._level(self.face.aperture, BILABIALS)
+        """The aperture that 95 % of the talker's own p, b and m reach, in the unit of the face."""
+        return self._level(self.gauge(APERTURE), BILABIALS)
 
     @cached_property
     def contact(self) -> float:
-        """The place of the lower lip that 95 % of the talker's own f and v reach, in pixels."""
-        assert self.face is not None
-        return self._level(self.face.lower_lip, LABIODENTALS)
+        """The place of the lower lip that 95 % of the talker's own f and v reach, in the unit of the face."""
+        return self._level(self.gauge(LOWER_LIP), LABIODENTALS)
 
     @cached_property
     def mouth(self) -> float:
-        """The talker's mean mouth width in pixels."""
-        assert self.face is not None
-        return float(np.mean(np.concatenate([self.face.width(s.reference[s.spoken]) for s in self.sentences])))
+        """The talker's mean mouth width in the unit of the face."""
+        width = self.gauge(WIDTH)
+        return float(np.mean(np.concatenate([width(s.reference[s.spoken]) for s in self.sentences])))
 
-    def _level(self, gauge: Callable[[np.ndarray], np.ndarray], phones: tuple[str, ...]) -> float:
+    @property
+    def known(self) -> frozenset[str]:
+        """What metrics may need: the names of the face's gauges, and ``points`` where it has any."""
+        if self.face is None:
+            return frozenset()
+        return frozenset(self.face.gauges) | ({POINTS} if self.face.jacobian().shape[1] else set())
+
+    @property
+    def unit(self) -> str:
+        """Of the face; pixels where there is none."""
+        return "px" if self.face is None else self.face.unit
+
+    def gauge(self, name: str) -> Gauge:
+        """A gauge of the face by its name; whoever asks has looked at :attr:`known`."""
+        assert self.face is not None
+        return self.face.gauges[name]
+
+    def measured(self, measures: Sequence["Measure"]) -> tuple["Measure", ...]:
+        """Those of some metrics that this face can be measured by, in its unit."""
+        return tuple(m.in_unit(self.unit) for m in measures if self.known.issuperset(m.needs))
+
+    def _level(self, gauge: Gauge, phones: tuple[str, ...]) -> float:
         tracks = [gauge(s.reference) for s in self.sentences]
         return talker_level(tracks, [s.tier for s in self.sentences], self.clock, phones)
 
@@ -132,11 +132,11 @@ class Measure:
 
     Args:
         name: key in files.
-        title: heading of its column, with the unit.
-        definition: what it is, in words, with every number in it.
+        title: heading of its column, with the unit; ``UNIT`` stands for that of the face.
+        definition: what it is, in words, with every number in it; ``UNITS`` stands for the face's unit in full.
         pair: sentence and prediction (T, D) to (amount, weight); see :mod:`dnnvss.evaluation.statistics`.
         better: ``high``, ``low``, ``zero``, ``one`` or ``talker`` (as near as possible to the row of the truth).
-        needs_face: whether it needs landmarks.
+        needs: gauges of the face by name, or ``points``.
     """
 
     name: str
@@ -144,7 +144,16 @@ class Measure:
     definition: str
     pair: PairFunction
     better: str
-    needs_face: bool = False
+    needs: tuple[str, ...] = ()
+
+    def in_unit(self, unit: str) -> "Measure":
+        """The metric with the unit of a face in its title and definition."""
+        return replace(self, title=in_unit(self.title, unit), definition=in_unit(self.definition, unit))
+
+
+def in_unit(text: str, unit: str) -> str:
+    """A text in which ``UNITS`` and ``UNIT`` have become the unit of a face in full and in short."""
+    return text.replace("UNITS", {"px": "pixels"}.get(unit, unit)).replace("UNIT", unit)
 
 
 def _known(value: float) -> Pair:
@@ -173,7 +182,7 @@ def _true_points(bench: Bench, s: Sentence) -> np.ndarray:
 
 
 def frame_errors(bench: Bench, s: Sentence, x: np.ndarray) -> np.ndarray:
-    """Return the mean distance of the landmarks in each frame (T,), in pixels."""
+    """Return the mean distance of the landmarks in each frame (T,), in the unit of the face."""
     assert bench.face is not None
     return landmark_error(_true_points(bench, s), bench.face.points(x))
 
@@ -191,11 +200,11 @@ def _lips(contact: bool, amount: str, weight: str, factor: float = 1.0) -> PairF
     """Return the pair of two fields of :class:`LipEvents`: closures on p b m, or the lower lip's contact on f v."""
 
     def pair(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
-        assert bench.face is not None
-        gauge, level, phones = ((bench.face.lower_lip, bench.contact, LABIODENTALS) if contact else
-                                (bench.face.aperture, bench.closed, BILABIALS))
+        name, level, phones = ((LOWER_LIP, bench.contact, LABIODENTALS) if contact else
+                               (APERTURE, bench.closed, BILABIALS))
         if np.isnan(level):
             return 0.0, 0.0
+        gauge = bench.gauge(name)
         events = lip_events(gauge(s.reference), gauge(x), s.tier, bench.clock, level, s.spoken, phones)
         return factor * getattr(events, amount), getattr(events, weight)
 
@@ -203,13 +212,14 @@ def _lips(contact: bool, amount: str, weight: str, factor: float = 1.0) -> PairF
 
 
 def _lag(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
-    assert bench.face is not None
-    r, p = (bench.face.aperture(y[s.speech]) for y in (s.reference, x))
+    aperture = bench.gauge(APERTURE)
+    r, p = (aperture(y[s.speech]) for y in (s.reference, x))
     return _known(1000 * lag(r, p, bench.clock))
 
 
 def _silence(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
-    shown = x[:, : bench.first] / bench.scale[: bench.first] if bench.face is None else bench.face.points(x)
+    shown = (bench.face.points(x) if bench.face is not None and POINTS in bench.known else
+             x[:, : bench.first] / bench.scale[: bench.first])
     return _known(speed(shown, bench.clock, s.still(bench.clock)))
 
 
@@ -258,63 +268,63 @@ MEASURES: tuple[Measure, ...] = (
         _dtw, "low",
     ),
     Measure(
-        "landmarks", "landmarks (px)",
-        f"Mean distance of the landmarks from the truth {_SPOKEN}, in pixels of the reference frame; the truth is "
+        "landmarks", "landmarks (UNIT)",
+        f"Mean distance of the landmarks from the truth {_SPOKEN}, in UNITS of the reference frame; the truth is "
         "tracked where the run kept it.",
-        _landmarks, "low", True,
+        _landmarks, "low", (POINTS,),
     ),
     Measure(
         "landmark_share", "landmarks (% mouth)",
         "The same as a percentage of the talker's mean mouth width.",
-        _landmark_share, "low", True,
+        _landmark_share, "low", (POINTS, WIDTH),
     ),
     Measure(
         "closure_recall", "closure recall",
         f"{_CLOSED}. Share of those phones in which the prediction is closed too.",
-        _lips(False, "reached", "asked"), "high", True,
+        _lips(False, "reached", "asked"), "high", (APERTURE,),
     ),
     Measure(
         "closure_precision", "closure precision",
         "Share of the prediction's closures during speech at which the truth is closed too, give or take 40 ms.",
-        _lips(False, "right", "predicted"), "high", True,
+        _lips(False, "right", "predicted"), "high", (APERTURE,),
     ),
     Measure(
         "closure_onset", "closure onset (ms)",
         "Mean distance between the moments at which prediction and truth close, over the p, b and m at which both "
         "close during speech.",
-        _lips(False, "onset_distance", "timed", 1000), "low", True,
+        _lips(False, "onset_distance", "timed", 1000), "low", (APERTURE,),
     ),
     Measure(
         "closure_late", "closure late by (ms)",
         "The same with its sign: positive is late.",
-        _lips(False, "onset_error", "timed", 1000), "zero", True,
+        _lips(False, "onset_error", "timed", 1000), "zero", (APERTURE,),
     ),
     Measure(
-        "closure_aperture", "aperture on p b m (px)",
-        "Mean over p, b and m of the least aperture within the phone widened by 40 ms, in pixels.",
-        _lips(False, "least", "phones"), "talker", True,
+        "closure_aperture", "aperture on p b m (UNIT)",
+        "Mean over p, b and m of the least aperture within the phone widened by 40 ms, in UNITS.",
+        _lips(False, "least", "phones"), "talker", (APERTURE,),
     ),
     Measure(
         "contact_recall", "f v contact recall",
         "The lower lip touches the teeth where its inner edge is as high (against the still points of the face) as in "
         f"{TALKER_SHARE:.0%} of the talker's f and v, within the phone widened by 40 ms. Share of those phones in "
         "which the prediction's lip is as high.",
-        _lips(True, "reached", "asked"), "high", True,
+        _lips(True, "reached", "asked"), "high", (LOWER_LIP,),
     ),
     Measure(
-        "contact_place", "lower lip on f v (px)",
+        "contact_place", "lower lip on f v (UNIT)",
         "Mean over f and v of the highest place of the lower lip's inner edge within the phone widened by 40 ms, in "
-        "pixels of the reference frame, y downward.",
-        _lips(True, "least", "phones"), "talker", True,
+        "UNITS of the reference frame, y downward.",
+        _lips(True, "least", "phones"), "talker", (LOWER_LIP,),
     ),
     Measure(
         "lag", "lag (ms)",
         "Lag of the greatest cross-correlation of the aperture's velocity with the truth's, within 200 ms; "
         "positive is late.",
-        _lag, "zero", True,
+        _lag, "zero", (APERTURE,),
     ),
     Measure(
-        "silence", "motion in silence (px/s)",
+        "silence", "motion in silence (UNIT/s)",
         "Root mean square speed of the landmarks in silence, 100 ms beside speech left out (of the first coefficients "
         "in standard deviations where there are no landmarks).",
         _silence, "talker",

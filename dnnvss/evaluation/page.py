@@ -14,9 +14,10 @@ import numpy as np
 from dnnvss import files
 from dnnvss.curves import resample
 from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions
-from dnnvss.evaluation.measures import Bench, Measure, Sentence
+from dnnvss.evaluation.measures import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import Estimate, pooled
+from dnnvss.face.base import APERTURE, Face
 from dnnvss.timing import FrameClock
 
 _COLOURS = ("#2563a8", "#c2410c", "#15803d", "#7c3aed", "#b45309", "#be185d")
@@ -147,7 +148,8 @@ def _classes(result: Comparison) -> str:
                 values = [number(pooled(by[c][name])) if c in by else number(float("nan")) for c in CLASSES]
                 rows.append((_kind(result, system), [html.escape(system), *values]))
         if rows:
-            parts.append(f'<div class="scroll" style="margin-bottom:16px">{_table([title, *CLASSES], rows)}</div>')
+            table = _table([in_unit(title, result.unit), *CLASSES], rows)
+            parts.append(f'<div class="scroll" style="margin-bottom:16px">{table}</div>')
     return "".join(parts)
 
 
@@ -156,7 +158,7 @@ def _sentence(
 ) -> str:
     faces = [("truth", None), *[(name, folders.get(name)) for name in systems]]
     figures, videos = "", ""
-    if bench.face is not None:
+    if POINTS in bench.known:
         figures += "".join('<figure><canvas width="600" height="420"></canvas>'
                            f"<figcaption>{html.escape(name)}</figcaption></figure>" for name, _ in faces)
     for name, folder in faces:
@@ -169,9 +171,10 @@ def _sentence(
     keys = "".join(f'<span class="key"><i style="background:{c}"></i>{html.escape(n)}</span>'
                    for n, c in zip(series, (_TRUTH, *_COLOURS), strict=False))
     plots = _plot({n: x[:, 0] / bench.scale[0] for n, x in series.items()}, s, bench.clock, "coefficient 1 (sd)")
-    if bench.face is not None:
-        face = bench.face
-        plots += _plot({n: face.aperture(x) for n, x in series.items()}, s, bench.clock, "aperture (px)", bench.closed)
+    if APERTURE in bench.known:
+        gauge = bench.gauge(APERTURE)
+        plots += _plot({n: gauge(x) for n, x in series.items()}, s, bench.clock, f"aperture ({gauge.unit})",
+                       bench.closed)
     controls = ('<div class="controls"><button type="button">Play</button>'
                 '<input type="range" min="0" max="1000" value="0" aria-label="time"><output></output></div>')
     return (f'<section class="sentence"><h3>{html.escape(s.id)}</h3><div class="faces">{videos}</div>'
@@ -219,10 +222,11 @@ def _moving(s: Sentence, bench: Bench, systems: Mapping[str, Predictions]) -> di
     frames = max(1, round(len(s.reference) * _SHOWN_RATE / float(bench.clock.rate)))
     data: dict[str, Any] = {"rate": _SHOWN_RATE, "frames": frames, "left": _LEFT, "right": _WIDTH - 8, "faces": [],
                             "contours": [], "box": [0, 0, 1, 1]}
-    if bench.face is None:
+    if bench.face is None or POINTS not in bench.known:
         return data
     tracks = [s.reference, *[predicted[s.id] for predicted in systems.values()]]
-    faces = [bench.face.points(resample(np.asarray(x, float), bench.clock, shown, count=frames)) for x in tracks]
+    faces = [bench.face.points(resample(np.asarray(x, float), bench.clock, shown, count=frames))[..., :2]
+             for x in tracks]
     low, high = (np.array([bound([f.reshape(-1, 2) for f in faces][k], axis=0) for k in range(len(faces))])
                  for bound in (np.min, np.max))
     low, high = low.min(axis=0), high.max(axis=0)
@@ -230,16 +234,15 @@ def _moving(s: Sentence, bench: Bench, systems: Mapping[str, Predictions]) -> di
     box = [centre[0] - half, centre[1] - half * 0.7, centre[0] + half, centre[1] + half * 0.7]
     data["box"] = [round(float(v), 1) for v in box]
     data["faces"] = [[[round(float(v), 1) for v in frame.ravel()] for frame in f] for f in faces]
-    data["contours"] = _contours(bench, faces[0].shape[1])
+    data["contours"] = _contours(bench.face, faces[0].shape[1])
     return data
 
 
-def _contours(bench: Bench, count: int) -> list[dict[str, Any]]:
-    """Return the lines to draw: the face's own groups where it tells them, lips filled."""
-    groups = getattr(bench.face, "contours", None) or {"points": list(range(count))}
+def _contours(face: Face, count: int) -> list[dict[str, Any]]:
+    """Return the lines to draw: the face's own contours where it has any, lips filled."""
     lines = []
-    for name, rows in groups.items():
+    for name, points in (face.contours or {"points": range(count)}).items():
         inner, lips = "inner" in name, "lips" in name
         fill = "#3a1420" if inner else "#d98880" if lips else ""
-        lines.append({"rows": rows, "closed": lips, "fill": fill})
+        lines.append({"rows": list(points), "closed": lips, "fill": fill})
     return lines

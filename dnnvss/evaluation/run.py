@@ -13,9 +13,8 @@ from dnnvss.evaluation.calibration import calibration, plot_calibration
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
 from dnnvss.evaluation.report import aligned, markdown_table, number
-from dnnvss.evaluation.runs import AAMFace
 from dnnvss.evaluation.statistics import pooled
-from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.base import Face
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
 from dnnvss.style import Style
@@ -32,7 +31,7 @@ Trajectories = dict[str, np.ndarray]
 
 
 def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
-                 face: ActiveAppearanceModel, styles: Mapping[str, Style],
+                 face: Face, styles: Mapping[str, Style],
                  notes: Sequence[str] = (),
                  others: Mapping[str, list[Example]] | None = None) -> tuple[Report, dict[str, Any]]:
     """Return the table of the model and the null models on the test split, and all numbers as plain containers.
@@ -45,7 +44,7 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
         corpus: what it was trained on.
         generator: the model and its talker.
         examples: of each split.
-        face: the run's appearance model.
+        face: what the trajectories move.
         styles: by name, beside plain MLPG.
         notes: what else the reader of the page has to know; the first goes into its title.
         others: another source of dynamic visemes (:data:`SOURCES`) to the test examples that have them; plain MLPG.
@@ -83,12 +82,12 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     return report, numbers
 
 
-def make_bench(task: Task, test: list[Example], face: ActiveAppearanceModel) -> Bench:
+def make_bench(task: Task, test: list[Example], face: Face) -> Bench:
     """Return what the harness measures test examples against."""
     sentences = [Sentence(e.id, e.targets[:, 0].astype(float), e.alignment["phones"],
                           speech_frames(e.alignment, task.clock), e.valid)
                  for e in test if e.targets is not None and e.valid is not None]
-    return Bench(tuple(sentences), task.clock, AAMFace(face))
+    return Bench(tuple(sentences), task.clock, face)
 
 
 def _row(style: str) -> str:

@@ -1,7 +1,6 @@
 """From run folders to what the harness measures: predictions, references, phones, and the face of the run."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -15,39 +14,10 @@ from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
 from dnnvss.face.aam.pose import to_reference
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
-from dnnvss.style.rules import lower_lip, measure
 from dnnvss.timing import FrameClock, fill_invalid
 
 Arrays = dict[str, np.ndarray]
 _KINDS = ("predicted", "reference", "speech", "valid")
-
-
-@dataclass(frozen=True)
-class AAMFace:
-    """An active appearance model as the harness sees it, in pixels of its reference frame."""
-
-    model: ActiveAppearanceModel
-
-    def points(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return landmarks (T, P, 2)."""
-        return self.model.decode_shape(np.asarray(trajectory, float))
-
-    def aperture(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return the opening between the inner lips (T,)."""
-        return self.model.aperture(np.asarray(trajectory, float))
-
-    def lower_lip(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return the y of the lower lip's inner edge (T,), larger is lower."""
-        return measure(lower_lip(self.model), np.asarray(trajectory, float))
-
-    def width(self, trajectory: np.ndarray) -> np.ndarray:
-        """Return the distance between the mouth's corners (T,)."""
-        return self.model.width(np.asarray(trajectory, float))
-
-    @cached_property
-    def contours(self) -> dict[str, list[int]]:
-        """Positions of the landmarks of each group, by name, to be drawn as lines."""
-        return {name: rows.tolist() for name, rows in self.model.layout.groups.items()}
 
 
 @dataclass(frozen=True)
@@ -125,7 +95,7 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
         tier = utterance.alignment["phones"]
         sentences.append(Sentence(i, reference.astype(float), tier, speech, valid, landmarks))
-    return Bench(tuple(sentences), lead.clock, AAMFace(model), first)
+    return Bench(tuple(sentences), lead.clock, model, first)
 
 
 def _same_corpus(run: RunData) -> Corpus:

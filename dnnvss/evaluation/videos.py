@@ -30,7 +30,7 @@ def worst_middle_best(report: Report, system: str = "model") -> list[str]:
 
 def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
     """Write ``videos/<sentence>.mp4`` in the run folder, with the recorded sound, and return the paths."""
-    style = make_style(run.settings.style, run.face.names)
+    style = make_style(run.settings.style, run.face)
     renderer = Renderer(run.face, run.picture)
     styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, run.settings.style_name: style}
     written = []

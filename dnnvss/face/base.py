@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol, Self
+from typing import ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
 
@@ -89,7 +89,11 @@ class Face(Protocol):
         ...
 
     def points(self, parameters: np.ndarray) -> np.ndarray:
-        """Points (..., P, 2 or 3) in the face's reference frame, for parameters (..., D)."""
+        """Points (..., P, 2 or 3) in the face's reference frame, for parameters (..., D); y points down."""
+        ...
+
+    def jacobian(self) -> np.ndarray:
+        """How the points move with each parameter at parameters of zero, (D, P, 2 or 3)."""
         ...
 
     def save(self, path: Path) -> Path:
@@ -100,3 +104,22 @@ class Face(Protocol):
     def load(cls, path: Path) -> Self:
         """The face that :meth:`save` wrote."""
         ...
+
+
+@runtime_checkable
+class Textured(Protocol):
+    """A face that can draw itself with the talker's skin."""
+
+    def picture(self, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
+        """The picture, uint8 RGB (H, W_, 3), of parameters (D,) on white."""
+        ...
+
+
+def name_groups(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
+    """Groups of parameters by their names: all that differ only in their number, and each by itself.
+
+    ``shape`` holds the positions of ``shape01``, ``shape02``, ...
+    """
+    kinds = [name.rstrip("0123456789") for name in names]
+    groups = {kind: tuple(i for i, own in enumerate(kinds) if own == kind) for kind in dict.fromkeys(kinds)}
+    return groups | {name: (i,) for i, name in enumerate(names)}

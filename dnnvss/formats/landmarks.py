@@ -1,20 +1,20 @@
-"""Facial landmarks of a clip: iBUG ``.pts``, OpenFace CSV and npz.
+"""Facial landmarks of a clip: iBUG ``.pts`` and npz, in the plane or in space; OpenFace CSV has its own file.
 
 Coordinates are taken as they stand in the file. Tools differ by half a pixel or one in where they put the origin; the
 difference is the same for every point of a corpus, so the appearance model does not see it.
 """
 
-import csv
 import json
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.openface import Landmarks, read_openface
 
 LAYOUT_68 = {
     "face_oval": (0, 17), "right_brow": (17, 22), "left_brow": (22, 27), "nose_bridge": (27, 31), "nose_base": (31, 36),
@@ -24,38 +24,33 @@ LAYOUT_68 = {
 
 _PTS = "Write the file as: version: 1, n_points: N, {, N lines of X Y, }"
 _SEQUENCE = "Name the files ID_000001.pts and so on, one a frame"
-_CSV = "Give the CSV that OpenFace's FeatureExtraction writes, with columns frame, success, x_0 ... y_67"
-_MARKS = 'Write {"groups": {"lips_outer": [48, 60], ...}, "scale": 1} there'
-_NPZ = "Save an array points (frames, points, 2) in pixels and, where known, valid (frames,)"
+_MARKS = 'Write {"groups": {"lips_outer": [48, 60], ...}, "scale": 1, "rate": 25, "size": [640, 480]} there'
+_NPZ = ("Save an array points (frames, points, 2) in pixels, or (frames, points, 3), and, where known, valid (frames,) "
+        "and times (frames,) in seconds")
+_DIMENSIONS = "Set corpus.importer.dim=2 for points in the picture, dim=3 for points in space"
 
 
-@dataclass(frozen=True)
-class Landmarks:
-    """Points of every video frame.
+def read_landmarks(path: str | Path, dimensions: int = 2) -> Landmarks:
+    """The landmarks in a ``.csv`` (OpenFace) or ``.npz`` file, or in a folder of ``.pts`` files, one a frame.
 
     Args:
-        points: (F, P, 2) float32, (x, y) in pixels; NaN where ``valid`` is False and nothing is known.
-        valid: (F,) bool, whether the points of the frame were found.
-    """
-
-    points: np.ndarray
-    valid: np.ndarray
-
-
-def read_landmarks(path: str | Path) -> Landmarks:
-    """Return the landmarks in a ``.csv`` (OpenFace) or ``.npz`` file, or in a folder of ``.pts`` files, one a frame.
+        path: the file or folder.
+        dimensions: 2 for points in the picture, 3 for points in space (``.pts`` files have none).
 
     Raises:
         DnnvssError: another kind of file, or a damaged one.
     """
     path = Path(path)
+    suffix = path.suffix.lower()
+    if dimensions == 3 and (path.is_dir() or suffix == ".pts"):
+        raise DnnvssError("points of .pts files have no third coordinate", file=path, remedy=_DIMENSIONS)
     if path.is_dir():
         return read_pts_sequence(path.glob("*.pts"), path)
-    match path.suffix.lower():
+    match suffix:
         case ".csv":
-            return read_openface(path)
+            return read_openface(path, dimensions)
         case ".npz":
-            return read_npz(path)
+            return read_npz(path, dimensions=dimensions)
         case ".pts":
             return read_pts_sequence([path], path)
     raise DnnvssError(f"landmarks of the kind {path.suffix!r} are not understood", file=path,
@@ -129,96 +124,74 @@ def read_pts_sequence(paths: Iterable[Path], source: Path) -> Landmarks:
     return Landmarks(points, np.array(np.isfinite(points).all(axis=(1, 2))))
 
 
-def read_openface(path: str | Path) -> Landmarks:
-    """Return the landmarks in an OpenFace CSV; frames with ``success`` 0 are not valid.
+class Marks(NamedTuple):
+    """What a ``landmarks.json`` says of the landmarks beside it.
 
-    Where the file follows several faces, the one with the highest summed confidence is taken. Frames are counted from 1
-    in the file; one that has no row is not valid.
-
-    Raises:
-        DnnvssError: unreadable, columns missing, or a row that is not numbers; names the line.
-    """
-    path = Path(path)
-    rows = files.read(path, lambda p: list(csv.reader(p.read_text("utf-8").splitlines())), _CSV)
-    names = [name.strip() for name in rows[0]] if rows else []
-    count = sum(bool(re.fullmatch(r"x_\d+", name)) for name in names)
-    wanted = ["frame", "success", *[f"{axis}_{i}" for axis in "xy" for i in range(count)]]
-    if not count or (missing := [name for name in wanted if name not in names]):
-        raise DnnvssError(f"has no columns {' '.join(missing[:4]) if count else 'x_0, y_0'}", file=path, remedy=_CSV)
-    table = np.empty((len(rows) - 1, len(names)))
-    for number, row in enumerate(rows[1:], start=2):
-        try:
-            table[number - 2] = [float(v) for v in row]
-        except ValueError as error:
-            raise DnnvssError(f"line {number}: {len(row)} columns of {len(names)}, or a value that is not a number",
-                              file=path, remedy=_CSV) from error
-    if not len(table):
-        raise DnnvssError("holds no frame", file=path, remedy=_CSV)
-    column = {name: table[:, i] for i, name in enumerate(names)}
-    if "face_id" in column and "confidence" in column:
-        faces = np.unique(column["face_id"])
-        best = max(faces, key=lambda face: column["confidence"][column["face_id"] == face].sum())
-        column = {name: values[column["face_id"] == best] for name, values in column.items()}
-    frame = column["frame"].astype(int) - 1
-    points = np.full((frame.max() + 1, count, 2), np.nan, np.float32)
-    points[frame] = np.stack([[column[f"{axis}_{i}"] for i in range(count)] for axis in "xy"]).T
-    valid = np.zeros(len(points), bool)
-    valid[frame] = column["success"] > 0
-    return Landmarks(points, valid)
-
-
-def write_openface(path: str | Path, landmarks: Landmarks, rate: float = 25.0) -> Path:
-    """Write landmarks as a CSV with OpenFace's columns (frame, face_id, timestamp, confidence, success, x_i, y_i)."""
-    count = landmarks.points.shape[1]
-    lines = [", ".join(["frame", "face_id", "timestamp", "confidence", "success",
-                        *[f"{axis}_{i}" for axis in "xy" for i in range(count)]])]
-    for index, (shape, valid) in enumerate(zip(landmarks.points, landmarks.valid, strict=True)):
-        values = ", ".join(f"{v:.6f}" for v in np.nan_to_num(shape.T.ravel().astype(float)))
-        lines.append(f"{index + 1}, 0, {index / rate:.4f}, {float(valid):.2f}, {int(valid)}, {values}")
-    return files.write_text(path, "\n".join(lines) + "\n")
-
-
-def read_marks(path: str | Path) -> tuple[dict[str, tuple[int, int]], float]:
-    """Return what a ``landmarks.json`` says: the groups (name to half-open range of points) and the scale.
-
-    Both may be absent: no groups, and a scale of 1. Stored coordinates divided by the scale are pixels.
-
-    Raises:
-        DnnvssError: unreadable, of another shape, or a scale that is not above 0.
+    Args:
+        groups: name to half-open range of points; empty where none are described.
+        scale: stored coordinates divided by it are pixels (millimetres).
+        rate: frames a second, as text, where the files have no time stamps; None where it is not given.
+        size: width and height in pixels of the pictures that the points lie in; None where it is not given.
     """
 
-    def marks(p: Path) -> tuple[dict[str, tuple[int, int]], float]:
+    groups: dict[str, tuple[int, int]]
+    scale: float = 1.0
+    rate: str | None = None
+    size: tuple[int, int] | None = None
+
+
+def read_marks(path: str | Path) -> Marks:
+    """What a ``landmarks.json`` says; all of it may be absent.
+
+    Raises:
+        DnnvssError: unreadable, of another shape, or a scale, rate or size that is not above 0.
+    """
+
+    def marks(p: Path) -> Marks:
         value = json.loads(p.read_text("utf-8"))
-        return {g: (int(a), int(b)) for g, (a, b) in value.get("groups", {}).items()}, float(value.get("scale", 1.0))
+        size = value.get("size")
+        return Marks({g: (int(a), int(b)) for g, (a, b) in value.get("groups", {}).items()},
+                     float(value.get("scale", 1.0)), None if value.get("rate") is None else str(value["rate"]),
+                     None if size is None else (int(size[0]), int(size[1])))
 
-    groups, scale = files.read(path, marks, _MARKS)
-    if not 0 < scale < np.inf:
-        raise DnnvssError(f"scale is {scale}", file=path, remedy="Give what the points are divided by, 1 for pixels")
-    return groups, scale
+    found = files.read(path, marks, _MARKS)
+    if not 0 < found.scale < np.inf:
+        raise DnnvssError(f"scale is {found.scale}", file=path,
+                          remedy="Give what the points are divided by, 1 for pixels")
+    if found.size is not None and min(found.size) <= 0:
+        raise DnnvssError(f"size is {list(found.size)}", file=path, remedy="Give width and height in pixels")
+    return found
 
 
-def read_npz(path: str | Path, scale: float = 1.0) -> Landmarks:
-    """Return the landmarks in an npz file with ``points`` (F, P, 2) and, where known, ``valid`` (F,).
+def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2) -> Landmarks:
+    """The landmarks in an npz file with ``points`` (F, P, 2 or 3) and, where known, ``valid`` and ``times`` (F,).
 
     Args:
         path: the file.
-        scale: what the stored numbers are to be divided by to give pixels.
+        scale: what the stored numbers are to be divided by to give pixels (millimetres).
+        dimensions: how many coordinates a point must have.
 
     Raises:
         DnnvssError: unreadable, or arrays of other names or shapes.
     """
     arrays = files.read_arrays(path, _NPZ)
     points = arrays.get("points")
-    if points is None or points.ndim != 3 or points.shape[2] != 2 or not len(points):
+    if points is None or points.ndim != 3 or points.dtype.kind not in "fiu" or not len(points):
         shapes = {name: value.shape for name, value in arrays.items()}
-        raise DnnvssError(f"holds {shapes}, not points (frames, points, 2)", file=path, remedy=_NPZ)
-    pixels = np.asarray(points / scale, np.float32)
-    valid = np.asarray(arrays.get("valid", np.isfinite(pixels).all(axis=(1, 2))), bool)
-    if valid.shape != (len(pixels),):
-        raise DnnvssError(f"valid has the shape {valid.shape}, points {pixels.shape}", file=path, remedy=_NPZ)
-    return Landmarks(pixels, valid)
+        raise DnnvssError(f"holds {shapes}, not points (frames, points, {dimensions})", file=path, remedy=_NPZ)
+    if points.shape[2] != dimensions:
+        raise DnnvssError(f"its points have {points.shape[2]} coordinates, and {dimensions} are looked for: it is not "
+                          f"points (frames, points, {dimensions})", file=path, remedy=_DIMENSIONS)
+    scaled = np.asarray(points / scale, np.float32)
+    valid = np.asarray(arrays.get("valid", np.isfinite(scaled).all(axis=(1, 2))), bool)
+    times = arrays.get("times")
+    for name, rows in (("valid", valid), ("times", times)):
+        if rows is not None and rows.shape != (len(scaled),):
+            raise DnnvssError(f"{name} has the shape {rows.shape}, points {scaled.shape}", file=path, remedy=_NPZ)
+    return Landmarks(scaled, valid, None if times is None else np.asarray(times, float))
 
 
 def write_npz(path: str | Path, landmarks: Landmarks) -> Path:
     """Write landmarks as an npz file and return the path."""
-    return files.write_arrays(path, points=landmarks.points, valid=landmarks.valid)
+    times = {} if landmarks.times is None else {"times": landmarks.times}
+    return files.write_arrays(path, points=landmarks.points, valid=landmarks.valid, **times)

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from dnnvss import files
+from dnnvss import files, robust
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, EncodedCorpus
@@ -130,7 +130,7 @@ def _candidates(model: ActiveAppearanceModel, corpus: Corpus, codes: dict[str, C
 def _standardised(rows: np.ndarray) -> np.ndarray:
     """Return each row's sum of excesses over the columns' medians, in robust deviations; the first counts twice."""
     centred = rows - np.median(rows, axis=0)
-    spread = np.maximum(1.4826 * np.median(np.abs(centred), axis=0), 1e-6)
+    spread = np.maximum(robust.spread(centred), 1e-6)
     weights = np.array([2.0] + [1.0] * (rows.shape[1] - 1))
     return (np.maximum(centred / spread, -1.0) * weights).sum(axis=1)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,9 @@ from dnnvss.render.patch import Patch
 from dnnvss.timing import FrameClock, Tier
 
 _COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
-
-
-_WIDEST = 120.0
-"""Inches, 18,000 pixels: beyond some 530 phones their labels crowd instead of the picture growing."""
+_LINE, _LINES, _CROWD = 100, 30, 200
+"""Phones of a line of a plot over time, from which it goes on in another line below; lines of a plot at most; and
+phones of a line from which they go without labels, which could not be read."""
 
 
 def plot_trajectories(
@@ -50,19 +50,18 @@ def plot_trajectories(
                               file=path, remedy="Give one finite value a frame")
     if not series:
         raise DnnvssError("there is nothing to plot", file=path, remedy="Give one trajectory at least")
-    clock = FrameClock(rate)
-    figure = _figure(min(max(6.0, 0.22 * len(phones) + 3), _WIDEST), 3.2)
-    axes = figure.add_subplot()
-    for colour, (name, values) in zip(_COLOURS * len(series), series.items(), strict=False):
-        axes.plot(clock.centres(len(values)), values, label=name, color=colour, linewidth=1.4)
-    for edge in phones.edges:
-        axes.axvline(edge, color="#bbbbbb", linewidth=0.6, zorder=0)
-    for segment in phones:
-        axes.text((segment.start + segment.end) / 2, 1.01, segment.label, transform=axes.get_xaxis_transform(),
-                  ha="center", va="bottom", fontsize=7)
-    axes.set(xlim=(phones.start, phones.end), xlabel="time (s)", ylabel=label)
-    axes.set_title(title, pad=16, fontsize=10)
-    axes.legend(loc="upper right", frameon=False, fontsize=8)
+    clock, lines = FrameClock(rate), _lines(phones, phones.start, phones.end)
+    figure = _figure(_width(phones), 3.2 * len(lines))
+    every = figure.subplots(len(lines), 1, squeeze=False, sharey=True)[:, 0]
+    for axes, span in zip(every, lines, strict=True):
+        for colour, (name, values) in zip(_COLOURS * len(series), series.items(), strict=False):
+            axes.plot(clock.centres(len(values)), values, label=name, color=colour, linewidth=1.4)
+        _edges(axes, phones, span, "#bbbbbb")
+        _labels(axes, phones, span)
+        axes.set(xlim=span, ylabel=label)
+    every[-1].set_xlabel("time (s)")
+    every[0].set_title(title, pad=16, fontsize=10)
+    every[0].legend(loc="upper right", frameon=False, fontsize=8)
     return _save(figure, path)
 
 
@@ -79,23 +78,53 @@ def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Frac
         title: text above.
     """
     clock = FrameClock(rate)
-    times = clock.centres(len(valid))
-    figure = _figure(max(6.0, 0.22 * len(phones) + 3), 1.9 * len(series) + 0.4)
-    rows = figure.subplots(len(series), 1, squeeze=False, sharex=True)[:, 0]
-    for axes, colour, (name, values) in zip(rows, _COLOURS[1:] * len(series), series.items(), strict=False):
-        axes.plot(times, values, color=colour, linewidth=1.4)
-        axes.axhline(float(np.median(values[valid])), color="#999999", linewidth=0.8, linestyle="--")
-        axes.set(ylabel=name, xlim=(0, clock.seconds(len(valid))), ylim=(0, None))
-        for frame in np.flatnonzero(~valid).tolist():
-            axes.axvspan(clock.seconds(frame), clock.seconds(frame + 1), color="#eecccc", linewidth=0)
-        for edge in phones.edges:
-            axes.axvline(edge, color="#dddddd", linewidth=0.6, zorder=0)
-    for segment in phones:
-        rows[0].text((segment.start + segment.end) / 2, 1.01, segment.label, transform=rows[0].get_xaxis_transform(),
-                     ha="center", va="bottom", fontsize=7)
-    rows[0].set_title(title, pad=16, fontsize=10)
-    rows[-1].set_xlabel("time (s)")
+    times, lines = clock.centres(len(valid)), _lines(phones, 0.0, clock.seconds(len(valid)))
+    figure = _figure(_width(phones), (1.9 * len(series) + 0.4) * len(lines))
+    every = figure.subplots(len(series) * len(lines), 1, squeeze=False)[:, 0].reshape(len(lines), len(series))
+    for rows, span in zip(every, lines, strict=True):
+        for axes, colour, (name, values) in zip(rows, _COLOURS[1:] * len(series), series.items(), strict=False):
+            axes.plot(times, values, color=colour, linewidth=1.4)
+            axes.axhline(float(np.median(values[valid])) if valid.any() else np.nan, color="#999999", linewidth=0.8,
+                         linestyle="--")
+            for first, end in _runs(~valid):
+                axes.axvspan(clock.seconds(first), clock.seconds(end), color="#eecccc", linewidth=0)
+            _edges(axes, phones, span, "#dddddd")
+            axes.set(ylabel=name, xlim=span, ylim=(0, 1.05 * float(np.nanmax(values, initial=1e-9))))
+            axes.tick_params(labelbottom=axes is rows[-1])
+        _labels(rows[0], phones, span)
+    every[0, 0].set_title(title, pad=16, fontsize=10)
+    every[-1, -1].set_xlabel("time (s)")
     return _save(figure, path)
+
+
+def _width(phones: Tier) -> float:
+    """Inches of a plot over time."""
+    return max(6.0, 0.22 * min(len(phones), _LINE) + 3)
+
+
+def _lines(phones: Tier, start: float, end: float) -> list[tuple[float, float]]:
+    """Start and end in seconds of each line of a plot, all of one length."""
+    edges = np.linspace(start, end, min(-(-len(phones) // _LINE), _LINES) + 1).tolist()
+    return list(pairwise(edges))
+
+
+def _edges(axes: Any, phones: Tier, span: tuple[float, float], colour: str) -> None:
+    for edge in phones.edges[(phones.edges >= span[0]) & (phones.edges <= span[1])]:
+        axes.axvline(edge, color=colour, linewidth=0.6, zorder=0)
+
+
+def _labels(axes: Any, phones: Tier, span: tuple[float, float]) -> None:
+    """Write the phones of a line above it, if there are not so many that none could be read."""
+    middles = [((s.start + s.end) / 2, s.label) for s in phones]
+    own = [(at, label) for at, label in middles if span[0] <= at < span[1]]
+    for at, label in own if len(own) <= _CROWD else ():
+        axes.text(at, 1.01, label, transform=axes.get_xaxis_transform(), ha="center", va="bottom", fontsize=7)
+
+
+def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
+    """First and end of each run of True."""
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
 
 
 def plot_modes(path: str | Path, model: ActiveAppearanceModel, count: int = 6, deviations: float = 2.0) -> Path:

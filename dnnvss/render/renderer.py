@@ -60,7 +60,7 @@ class Renderer:
 
         Lips that would pass through each other meet half way.
         """
-        shape = self.patch.parted(self.model.decode_shape(parameters) + self.neutral.shape_offset)
+        shape = self.patch.parted(self.model.points(parameters) + self.neutral.shape_offset)
         return self.model.place(shape, self.neutral.pose) * self.scale
 
     def meshes(self, parameters: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """From a prediction to the trajectory that is shown: the steps of this room in their order, by settings."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,13 @@ from dnnvss.curves.mlpg import mlpg
 from dnnvss.curves.variance import articulate, dial
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.model import ActiveAppearanceModel
+from dnnvss.face.base import APERTURE, LOWER_LIP, Face, Gauge
 from dnnvss.style.rules import (
     BILABIALS,
     LABIODENTALS,
-    Gauge,
+    PhoneRule,
     closure,
     level,
-    lower_lip,
-    measure,
     phone_extremes,
     rest_in_silence,
     silent_frames,
@@ -29,6 +27,27 @@ from dnnvss.style.rules import (
 )
 from dnnvss.timing import FrameClock, Tier
 
+
+@dataclass(frozen=True)
+class LipRule:
+    """A setting of a style that holds a gauge at the talker's own level on some phones.
+
+    Args:
+        gauge: the name of what is held; a face without it does without the rule.
+        phones: on which it is held.
+        said: the phones in words.
+        rule: level to rule.
+    """
+
+    gauge: str
+    phones: tuple[str, ...]
+    said: str
+    rule: Callable[[float], PhoneRule]
+
+
+LIP_RULES = {"closures": LipRule(APERTURE, BILABIALS, "p, b or m", closure),
+             "contacts": LipRule(LOWER_LIP, LABIODENTALS, "f or v", teeth_contact)}
+"""Setting of a style to its rule."""
 _LEAST = 1e-3
 """Least deviation at rest, as a share of that in speech: a coefficient may stand still in silence."""
 _RAMP = 0.1
@@ -43,9 +62,9 @@ class Talker:
         natural: variance of each coefficient within an utterance's speech, geometric mean over utterances, (D,).
         rest: mean parameters in silence, (D,); NaN where there was none.
         rest_deviation: their standard deviation there, (D,).
-        aperture, lower_lip: functionals of the parameters.
-        closed: the aperture that half of the talker's p, b and m reach; NaN where there were none.
-        raised: the place of the lower lip that half of the talker's f and v reach; NaN where there were none.
+        gauges: those of the face that rules hold, by name: ``aperture`` and ``lower_lip``, where it has them.
+        levels: gauge to the value that half of the talker's phones of its rule reach, e.g. the aperture on p, b and m;
+            NaN where there were none.
         own: variance of the model's own trajectories, as ``natural``, or None: then each utterance is scaled by its
             own.
     """
@@ -53,15 +72,13 @@ class Talker:
     natural: np.ndarray
     rest: np.ndarray
     rest_deviation: np.ndarray
-    aperture: Gauge
-    lower_lip: Gauge
-    closed: float
-    raised: float
+    gauges: Mapping[str, Gauge]
+    levels: Mapping[str, float]
     own: np.ndarray | None = None
 
     @classmethod
     def of(
-        cls, references: Sequence[np.ndarray], tiers: Sequence[Tier], clock: FrameClock, model: ActiveAppearanceModel
+        cls, references: Sequence[np.ndarray], tiers: Sequence[Tier], clock: FrameClock, face: Face
     ) -> "Talker":
         """Return what the training utterances tell.
 
@@ -69,7 +86,7 @@ class Talker:
             references: measured trajectories (T, D).
             tiers: the phones tier of each.
             clock: of the trajectories.
-            model: the face.
+            face: what the trajectories move.
 
         Raises:
             DnnvssError: no utterance, or none with speech.
@@ -79,23 +96,27 @@ class Talker:
         at_rest = np.concatenate([x[mask] for x, mask in zip(references, silent, strict=True)]).astype(float)
         if len(at_rest) < 2:
             at_rest = np.full((1, len(natural)), np.nan)
-        aperture, lip = Gauge(model.aperture.vector, model.aperture.constant), lower_lip(model)
+        held = [rule for rule in LIP_RULES.values() if rule.gauge in face.gauges]
+        gauges = {rule.gauge: face.gauges[rule.gauge] for rule in held}
 
-        def reached(gauge: Gauge, phones: tuple[str, ...]) -> float:
-            tracks = [measure(gauge, x) for x in references]
-            least = [phone_extremes(t, clock, phones, x) for x, t in zip(tracks, tiers, strict=True)]
+        def reached(rule: LipRule) -> float:
+            tracks = [gauges[rule.gauge](x) for x in references]
+            least = [phone_extremes(t, clock, rule.phones, x) for x, t in zip(tracks, tiers, strict=True)]
             return level(least) if sum(map(len, least)) else float("nan")
 
         spread = np.maximum(at_rest.std(axis=0), np.maximum(_LEAST * np.sqrt(natural), 1e-6))
-        return cls(natural, at_rest.mean(axis=0), spread, aperture, lip,
-                   reached(aperture, BILABIALS), reached(lip, LABIODENTALS))
+        return cls(natural, at_rest.mean(axis=0), spread, gauges, {rule.gauge: reached(rule) for rule in held})
 
     @property
     def unknown(self) -> dict[str, str]:
-        """The settings of a style that have no effect with this talker, and what was missing in the recordings."""
-        missing = {"closures": (self.closed, "p, b or m"), "contacts": (self.raised, "f or v"),
-                   "rest": (self.rest.sum(), "silence")}
-        return {name: what for name, (value, what) in missing.items() if np.isnan(value)}
+        """The settings of a style that have no effect with this talker, and why."""
+        reasons = {}
+        for name, rule in LIP_RULES.items():
+            if rule.gauge not in self.gauges:
+                reasons[name] = f"this kind of face has no gauge {rule.gauge}"
+            elif np.isnan(self.levels[rule.gauge]):
+                reasons[name] = f"the talker's recordings hold no {rule.said}"
+        return reasons | ({"rest": "the talker's recordings hold no silence"} if np.isnan(self.rest.sum()) else {})
 
     def knowing(self, predicted: Sequence[np.ndarray], references: Sequence[np.ndarray], tiers: Sequence[Tier],
                 clock: FrameClock) -> "Talker":
@@ -110,10 +131,11 @@ class Talker:
     def save(self, path: str | Path) -> Path:
         """Write ``.npz`` and return the path."""
         own = {} if self.own is None else {"own": self.own}
-        gauges = {name: np.append(gauge.vector, gauge.constant)
-                  for name, gauge in (("aperture", self.aperture), ("lower_lip", self.lower_lip))}
+        gauges = {f"gauge_{name}": np.append(gauge.vector, gauge.constant) for name, gauge in self.gauges.items()}
+        levels = {f"level_{name}": np.array(value) for name, value in self.levels.items()}
+        units = {f"unit_{name}": np.array(gauge.unit) for name, gauge in self.gauges.items()}
         return files.write_arrays(path, natural=self.natural, rest=self.rest, rest_deviation=self.rest_deviation,
-                                  levels=np.array([self.closed, self.raised]), **gauges, **own)
+                                  gauges=np.array(list(self.gauges), dtype=str), **gauges, **levels, **units, **own)
 
     @classmethod
     def load(cls, path: str | Path) -> "Talker":
@@ -124,9 +146,11 @@ class Talker:
         """
         a = files.read_arrays(path, "Train the run again")
         try:
-            aperture, lip = (Gauge(a[name][:-1], float(a[name][-1])) for name in ("aperture", "lower_lip"))
-            closed, raised = (float(v) for v in a["levels"])
-            return cls(a["natural"], a["rest"], a["rest_deviation"], aperture, lip, closed, raised, a.get("own"))
+            names = [str(name) for name in a["gauges"]]
+            numbers = {name: a[f"gauge_{name}"] for name in names}
+            gauges = {n: Gauge(n, row[:-1], float(row[-1]), str(a[f"unit_{n}"])) for n, row in numbers.items()}
+            levels = {name: float(a[f"level_{name}"]) for name in names}
+            return cls(a["natural"], a["rest"], a["rest_deviation"], gauges, levels, a.get("own"))
         except KeyError as error:
             raise DnnvssError(f"lacks {error}", file=path, remedy="Train the run again") from error
 
@@ -233,10 +257,10 @@ def generate(
                        fade=speech_weight(tier, clock, frames))
     held = [] if constraints is None else [constraints]
     own = Constraints.none(columns) if constraints is None else constraints
-    if style.closures and "closures" not in unknown:
-        held.append(closure(talker.closed).constraints(tier, clock, talker.aperture, frames, own))
-    if style.contacts and "contacts" not in unknown:
-        held.append(teeth_contact(talker.raised).constraints(tier, clock, talker.lower_lip, frames, own))
+    for name, rule in LIP_RULES.items():
+        if getattr(style, name) and name not in unknown:
+            phones = rule.rule(talker.levels[rule.gauge])
+            held.append(phones.constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
     return constrain(x, variance, Constraints.joined(held), windows) if held else x
 
 

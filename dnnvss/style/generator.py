@@ -8,10 +8,9 @@ import numpy as np
 
 from dnnvss.curves import Constraints, mlpg
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.base import Face, Gauge
 from dnnvss.style import Style, Talker, coefficients, generate
 from dnnvss.style.keys import Key, key_constraints
-from dnnvss.style.rules import Linear
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
 from dnnvss.timing import Tier
@@ -19,22 +18,20 @@ from dnnvss.timing import Tier
 PLAIN = Style()
 
 
-def make_style(config: Mapping[str, Any], names: Sequence[str]) -> Style:
+def make_style(config: Mapping[str, Any], face: Face) -> Style:
     """Return the style that a file of ``conf/style`` describes.
 
     Args:
         config: the settings.
-        names: of the coefficients. Each is a group of its own, and so are all that differ only in their number:
-            ``shape`` holds ``shape01``, ``shape02``, ...
+        face: whose parameters are grouped; its own groups (``face.groups``) are there beside those of the settings.
 
     Raises:
         DnnvssError: a coefficient that the face does not have, or a value that is out of range.
     """
     settings = dict(config)
     settings.pop("name")
-    groups = {kind: [i for i, name in enumerate(names) if name.rstrip("0123456789") == kind]
-              for kind in dict.fromkeys(name.rstrip("0123456789") for name in names)}
-    groups |= {name: [i] for i, name in enumerate(names)}
+    groups: dict[str, Sequence[int]] = dict(face.groups)
+    names = face.names
     for group, members in settings.pop("groups").items():
         if unknown := [m for m in members if m not in names]:
             raise DnnvssError(f"style.groups.{group}: no coefficient is named {unknown[0]!r}",
@@ -45,14 +42,13 @@ def make_style(config: Mapping[str, Any], names: Sequence[str]) -> Style:
     return Style(groups=groups, **settings)
 
 
-def functionals(face: ActiveAppearanceModel, talker: Talker) -> dict[str, Linear]:
-    """Return what keys may hold, by name: the lips' measures in reference pixels, and every coefficient."""
-    return {"aperture": talker.aperture, "lower_lip": talker.lower_lip, "width": face.width,
-            **coefficients(face.names)}
+def functionals(face: Face) -> dict[str, Gauge]:
+    """What keys may hold and curves show, by name: the face's gauges, and every coefficient."""
+    return {**face.gauges, **coefficients(face.names)}
 
 
 def learn_talker(task: Task, model: VisualModel, examples: Mapping[str, list[Example]],
-                 face: ActiveAppearanceModel) -> Talker:
+                 face: Face) -> Talker:
     """Return what the training utterances show of the talker, and how much less the model moves on the validation ones.
 
     Prints what the recordings lack, because the style then leaves it out.
@@ -62,8 +58,8 @@ def learn_talker(task: Task, model: VisualModel, examples: Mapping[str, list[Exa
         return [x for x, _ in known], [tier for _, tier in known]
 
     talker = Talker.of(*measured("train"), task.clock, face)
-    for setting, missing in talker.unknown.items():
-        print(f"the training utterances hold no {missing}: style.{setting} will have no effect")
+    for setting, reason in talker.unknown.items():
+        print(f"{reason}: style.{setting} will have no effect")
     generator = Generator(task, model, talker)
     return talker.knowing([generator(e, PLAIN) for e in examples["val"]], *measured("val"), task.clock)
 
@@ -77,7 +73,7 @@ class Generator:
     talker: Talker
 
     def __call__(self, example: Example, style: Style, keys: Sequence[Key] = (),
-                 held: Mapping[str, Linear] | None = None, tier: Tier | None = None) -> np.ndarray:
+                 held: Mapping[str, Gauge] | None = None, tier: Tier | None = None) -> np.ndarray:
         """Return the trajectory (T, D) of an example.
 
         Args:

@@ -12,7 +12,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.errors import DnnvssError
-from dnnvss.style.rules import Gauge, Linear, measure
+from dnnvss.face.base import Gauge
 from dnnvss.timing import FrameClock, Tier
 
 _REMEDY = "Write one key a line with the columns time, name, low, high (and end, softness, phone, index, position)"
@@ -55,7 +55,7 @@ _COLUMNS = tuple(f.name for f in fields(Key))
 def sample_keys(
     trajectory: np.ndarray,
     clock: FrameClock,
-    functionals: Mapping[str, Linear],
+    functionals: Mapping[str, Gauge],
     tier: Tier,
     positions: Sequence[float] = (0.5,),
 ) -> list[Key]:
@@ -69,7 +69,7 @@ def sample_keys(
         positions: shares of each phone's duration at which keys are set.
     """
     keys = []
-    values = {name: measure(f, trajectory) for name, f in functionals.items()}
+    values = {name: f(trajectory) for name, f in functionals.items()}
     for index, segment in enumerate(tier):
         for position in positions:
             time = segment.start - tier.start + position * segment.duration
@@ -82,7 +82,7 @@ def sample_keys(
 
 
 def key_constraints(
-    keys: Sequence[Key], functionals: Mapping[str, Linear], clock: FrameClock, frames: int, tier: Tier | None = None
+    keys: Sequence[Key], functionals: Mapping[str, Gauge], clock: FrameClock, frames: int, tier: Tier | None = None
 ) -> Constraints:
     """Return keys as constraints on a trajectory of ``frames`` frames.
 
@@ -119,9 +119,9 @@ def key_constraints(
     return Constraints.joined(parts)
 
 
-def coefficients(names: Sequence[str]) -> dict[str, Linear]:
-    """Return a functional for each coefficient by its name."""
-    return {name: Gauge(np.eye(len(names))[i], 0.0) for i, name in enumerate(names)}
+def coefficients(names: Sequence[str]) -> dict[str, Gauge]:
+    """A gauge for each coefficient, by its name."""
+    return {name: Gauge(name, row, 0.0, unit="") for name, row in zip(names, np.eye(len(names)), strict=True)}
 
 
 def _frame(time: float, clock: FrameClock, frames: int) -> int:

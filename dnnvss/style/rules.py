@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import torch
@@ -10,7 +9,7 @@ import torch
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.curves.equations import precision_of
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.model import ActiveAppearanceModel, lip_pairs
+from dnnvss.face.base import Gauge
 from dnnvss.timing import FrameClock, Tier
 
 BILABIALS = ("P", "B", "M")
@@ -18,55 +17,17 @@ LABIODENTALS = ("F", "V")
 SILENCES = ("sil", "sp")
 
 
-class Linear(Protocol):
-    """A linear functional of the parameters, e.g. an AAM's aperture: ``parameters @ vector + constant``."""
-
-    @property
-    def vector(self) -> np.ndarray:
-        """The weights (D,)."""
-        ...
-
-    @property
-    def constant(self) -> float:
-        """The value at parameters of zero."""
-        ...
-
-
-@dataclass(frozen=True)
-class Gauge:
-    """A linear functional that is given by its numbers."""
-
-    vector: np.ndarray
-    constant: float
-
-
-def lower_lip(model: ActiveAppearanceModel) -> Gauge:
-    """Return the y of the lower lip's inner edge in the reference frame, in pixels, larger is lower.
-
-    The frame stands still against the upper teeth, so this tells contact on f and v better than the aperture, which
-    the upper lip moves too.
-    """
-    pairs, middle = lip_pairs(model.mean_shape, model.layout.inner)
-    lower = int(pairs[middle, 1])
-    return Gauge(model.shape_modes[:, lower, 1], float(model.mean_shape[lower, 1]))
-
-
-def measure(functional: Linear, trajectory: np.ndarray) -> np.ndarray:
-    """Return what a functional measures on a trajectory (..., T, D), shape (..., T)."""
-    return np.asarray(trajectory) @ functional.vector + functional.constant
-
-
 @dataclass(frozen=True)
 class PhoneRule:
-    """A range that a functional must lie in while some phones last.
+    """A range that a gauge must lie in while some phones last.
 
     Args:
         name: a word for messages.
         phones: labels of the phones tier.
-        low, high: the range, in the functional's unit.
+        low, high: the range, in the gauge's unit.
         part: from where to where in the phone, as shares of its duration. The frames whose centres lie in it are held,
             and at least the one nearest to its middle.
-        softness: 0 holds it, a positive number in the functional's unit gives way.
+        softness: 0 holds it, a positive number in the gauge's unit gives way.
     """
 
     name: str
@@ -76,29 +37,29 @@ class PhoneRule:
     part: tuple[float, float] = (0.25, 0.75)
     softness: float = 0.0
 
-    def constraints(self, tier: Tier, clock: FrameClock, functional: Linear, frames: int,
+    def constraints(self, tier: Tier, clock: FrameClock, gauge: Gauge, frames: int,
                     first: Constraints | None = None) -> Constraints:
         """Return the constraints of an utterance of ``frames`` frames; labels say phone and time.
 
         Args:
             tier: the phones tier.
             clock: the trajectory clock.
-            functional: what is measured.
+            gauge: what is measured.
             frames: T.
-            first: constraints that come first: a phone in which one of them asks the same functional for values
+            first: constraints that come first: a phone in which one of them asks the same gauge for values
                 outside the rule's range is left to it.
         """
-        parts = [Constraints.none(len(functional.vector))]
+        parts = [Constraints.none(len(gauge.vector))]
         for segment, at in phone_frames(tier, clock, self.phones, frames, self.part):
-            if first is not None and self._forbidden(first, functional, at):
+            if first is not None and self._forbidden(first, gauge, at):
                 continue
-            parts.append(hold(at, functional.vector, functional.constant, low=self.low, high=self.high,
+            parts.append(hold(at, gauge.vector, gauge.constant, low=self.low, high=self.high,
                               softness=self.softness, label=f"{self.name} on {segment.label} at {segment.start:.2f} s"))
         return Constraints.joined(parts)
 
-    def _forbidden(self, first: Constraints, functional: Linear, at: np.ndarray) -> bool:
-        same = np.isin(first.frames, at) & (first.streams == 0) & (first.vectors == functional.vector).all(axis=1)
-        low, high = (bound[same] + functional.constant for bound in (first.low, first.high))
+    def _forbidden(self, first: Constraints, gauge: Gauge, at: np.ndarray) -> bool:
+        same = np.isin(first.frames, at) & (first.streams == 0) & (first.vectors == gauge.vector).all(axis=1)
+        low, high = (bound[same] + gauge.constant for bound in (first.low, first.high))
         return bool(((low > self.high) | (high < self.low)).any())
 
 
@@ -108,7 +69,7 @@ def closure(closed: float, **changes: object) -> PhoneRule:
 
 
 def teeth_contact(raised: float, **changes: object) -> PhoneRule:
-    """Return the rule that the lower lip (:func:`lower_lip`) is at ``raised`` or higher in the middle of f and v."""
+    """Return the rule that the lower lip is at ``raised`` or higher in the middle of f and v."""
     return PhoneRule("lip at teeth", LABIODENTALS, high=raised, **changes)  # type: ignore[arg-type]
 
 

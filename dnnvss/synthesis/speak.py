@@ -21,7 +21,6 @@ from dnnvss.runs.run import Run
 from dnnvss.runs.voice import Voice
 from dnnvss.style import read_keys, sample_keys, write_keys
 from dnnvss.style.generator import functionals, make_style
-from dnnvss.style.rules import measure
 from dnnvss.synthesis.checks import beside, check_request
 from dnnvss.synthesis.risks import find_risks, summary, word_risks
 from dnnvss.systems import Example
@@ -220,12 +219,12 @@ def replace_unseen(alignment: Alignment, known: Sequence[str],
 
 def generate(config: DictConfig, run: Run, example: Example, plan: Plan) -> np.ndarray:
     """Return the trajectory (T, D) on the run's clock, in the style and with the keys that ``config`` asks for."""
-    style = make_style(OmegaConf.to_container(config.style, resolve=True), run.face.names)  # type: ignore[arg-type]
-    for setting, missing in run.generator.talker.unknown.items():
+    style = make_style(OmegaConf.to_container(config.style, resolve=True), run.face)  # type: ignore[arg-type]
+    for setting, reason in run.generator.talker.unknown.items():
         if getattr(style, setting):
-            print(f"the talker's recordings hold no {missing}: style.{setting} has no effect")
+            print(f"{reason}: style.{setting} has no effect")
     keys = read_keys(config.import_keys) if config.import_keys else []
-    held = functionals(run.face, run.generator.talker)
+    held = functionals(run.face)
     return run.generator(example, style, keys, held, plan.alignment["phones"])
 
 
@@ -249,7 +248,7 @@ def ahead(trajectory: np.ndarray, clock: FrameClock, seconds: float) -> np.ndarr
 
 
 def _export_keys(config: DictConfig, run: Run, trajectory: np.ndarray, plan: Plan) -> Path:
-    known = functionals(run.face, run.generator.talker)
+    known = functionals(run.face)
     if unknown := [name for name in config.key_names if name not in known]:
         raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}", remedy=f"Use some of: {', '.join(known)}")
     held = {name: known[name] for name in config.key_names}
@@ -261,8 +260,8 @@ def _export_curves(config: DictConfig, run: Run, frames: np.ndarray, clock: Fram
     """Write the lips' measures and the coefficients of pictures whose parameters are ``frames`` (F, D)."""
     from dnnvss.export.curves import write_curves
 
-    known = functionals(run.face, run.generator.talker)
-    return write_curves(Path(config.export_curves), {name: measure(f, frames) for name, f in known.items()}, clock)
+    known = functionals(run.face)
+    return write_curves(Path(config.export_curves), {name: f(frames) for name, f in known.items()}, clock)
 
 
 def write_outputs(stage: "Stage", out: Path, trajectory: np.ndarray, plan: Plan, notes: dict[str, Any]) -> list[Path]:
@@ -296,6 +295,6 @@ def render_utterance(run: Run, corpus: Corpus, utterance: Utterance, out: Path) 
     samples = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
     plan = Plan(utterance.text, utterance.alignment, samples, _SOUND_RATE)
     notes = {"run": str(run.folder), "utterance": utterance.id, "text": utterance.text, "credit": corpus.info.credit}
-    style = make_style(run.settings.style, run.face.names)
+    style = make_style(run.settings.style, run.face)
     trajectory = run.generator(run.example(utterance), style)
     write_outputs(neutral_stage(run, utterance.clock), out, trajectory, plan, notes)

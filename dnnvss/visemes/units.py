@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.base import Face
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.visemes.clusters import METHODS, Method, partition
 from dnnvss.visemes.gestures import Gestures, GestureSettings, cut, reference_speed, silence_mask
@@ -164,8 +164,8 @@ def learn(clips: Sequence[Clip], clock: FrameClock, settings: VisemeSettings | N
         clips: of the training utterances.
         clock: of their trajectories.
         settings: see :class:`VisemeSettings`.
-        view: (D, M); gestures are cut by the speed of ``trajectory @ view``. With the shape modes of an active
-            appearance model (:func:`point_view`) that is the speed of the face's points in pixels. The coefficients
+        view: (D, M); gestures are cut by the speed of ``trajectory @ view``. With
+            :func:`point_view` that is the speed of the face's points in its unit. The coefficients
             themselves where left out.
 
     Raises:
@@ -193,26 +193,29 @@ def learn(clips: Sequence[Clip], clock: FrameClock, settings: VisemeSettings | N
     return Visemes(settings, str(clock), reference, view, scale, result.centres[order], means, seconds, counts)
 
 
-def gesture_view(model: ActiveAppearanceModel, settings: GestureSettings) -> np.ndarray | None:
+def gesture_view(face: Face, settings: GestureSettings) -> np.ndarray | None:
     """Return what :func:`learn` is to look at by the settings: the points of the face, or the coefficients (None).
 
     Raises:
-        DnnvssError: leading coefficients are asked for where points are looked at.
+        DnnvssError: leading coefficients are asked for where points are looked at, or the face has no points.
     """
     if settings.looks == "coefficients":
         return None
     if settings.coefficients:
         raise DnnvssError(f"visemes: gestures.coefficients={settings.coefficients} with gestures.looks=points",
                           remedy="Set visemes.gestures.looks=coefficients, or coefficients to 0")
-    return point_view(model)
+    if not face.jacobian().shape[1]:
+        raise DnnvssError(f"a face of the kind {face.kind} has no points to look at",
+                          remedy="Set visemes.gestures.looks=coefficients")
+    return point_view(face)
 
 
-def point_view(model: ActiveAppearanceModel) -> np.ndarray:
-    """Return the view (D, 2 P) in which coefficients are the points of the face, in reference pixels.
+def point_view(face: Face) -> np.ndarray:
+    """Return the view (D, 2 P) in which coefficients are the points of the face, in its unit.
 
     Texture is left out: teeth and tongue come and go while the lips stand still, and blur where the mouth turns.
     """
-    return model.shape_modes.reshape(model.size, -1).astype(float)
+    return face.jacobian().reshape(len(face.names), -1)
 
 
 def _scale(clips: Sequence[Clip], whitening: float) -> np.ndarray:

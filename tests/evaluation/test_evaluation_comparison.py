@@ -2,10 +2,11 @@
 
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from face.face_cases import LinearFace, rig
 from scipy.ndimage import gaussian_filter1d
 
 from dnnvss import DnnvssError
@@ -13,33 +14,27 @@ from dnnvss.evaluation.anchors import anchors, delayed
 from dnnvss.evaluation.comparison import CLASSES, compare, phone_class
 from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
 from dnnvss.evaluation.page import write_page
+from dnnvss.face.base import APERTURE, LOWER_LIP, WIDTH, Face, Gauge
 from dnnvss.phones import PHONES
 from dnnvss.timing import FrameClock, Tier
 
 CLOCK = FrameClock(100)
 
 
-@dataclass(frozen=True)
-class Mouth:
-    """Two lips: the first coefficient opens them, the second spreads the corners."""
-
-    def points(self, x: np.ndarray) -> np.ndarray:
-        opening, spread = x[:, 0] + 3, x[:, 1]
-        zero = np.zeros(len(x))
-        rows = [(-20 - spread, zero), (zero, -opening / 2), (20 + spread, zero), (zero, opening / 2)]
-        return np.stack([np.stack(r, axis=-1) for r in rows], axis=1)
-
-    def aperture(self, x: np.ndarray) -> np.ndarray:
-        return x[:, 0] + 3
-
-    def lower_lip(self, x: np.ndarray) -> np.ndarray:
-        return x[:, 0] / 2
-
-    def width(self, x: np.ndarray) -> np.ndarray:
-        return 40 + 2 * x[:, 1]
+def mouth() -> LinearFace:
+    """Two lips: the first coefficient opens them, the second spreads the corners, the third does nothing."""
+    mean = np.array([[-20.0, 0], [0, -1.5], [20, 0], [0, 1.5]])
+    modes = np.zeros((3, 4, 2))
+    modes[0, 1, 1], modes[0, 3, 1], modes[1, 0, 0], modes[1, 2, 0] = -0.5, 0.5, -1, 1
+    gauges = [Gauge(APERTURE, np.array([1.0, 0, 0]), 3.0), Gauge(LOWER_LIP, np.array([0.5, 0, 0]), 0.0),
+              Gauge(WIDTH, np.array([0.0, 2, 0]), 40.0)]
+    return LinearFace(mean, modes, {g.name: g for g in gauges})
 
 
-def bench(count: int = 6, face: object | None = Mouth()) -> Bench:
+MOUTH = mouth()
+
+
+def bench(count: int = 6, face: Face | None = MOUTH) -> Bench:
     """Sentences sil AA B AA F AA sil with a closure on every B."""
     rng = np.random.default_rng(0)
     sentences = []
@@ -124,8 +119,23 @@ def test_frames_that_were_not_measured_do_not_count():
 def test_without_a_face_the_metrics_that_need_one_are_left_out():
     b = bench(2, None)
     result = compare(b, {"x": system(b, 0.5)})
-    assert {m.name for m in result.measures} == {m.name for m in MEASURES if not m.needs_face}
+    assert {m.name for m in result.measures} == {m.name for m in MEASURES if not m.needs}
     assert np.isfinite(result.estimate("x", "silence").value)
+
+
+def test_a_face_is_measured_by_what_it_has_and_in_its_unit():
+    b = bench(2)
+    whole = compare(b, {"x": system(b, 0.5)})
+    bare = compare(bench(2, rig(3)), {"x": system(b, 0.5)})
+    assert {m.name for m in bare.measures} == {m.name for m in MEASURES if not m.needs}
+    assert set(bare.classes["x"]["vowel"]) == {"rmse"}
+    lips = replace(MOUTH, gauges={n: g for n, g in MOUTH.gauges.items() if n != LOWER_LIP}, unit="mm")
+    result = compare(bench(2, lips), {"x": system(b, 0.5)})
+    left = {m.name for m in whole.measures} - {m.name for m in result.measures}
+    assert left == {"contact_recall", "contact_place"}
+    assert result.estimate("x", "lag").value == whole.estimate("x", "lag").value
+    assert "landmarks (mm)" in result.markdown() and "in mm of the reference frame" in result.markdown()
+    assert "UNIT" not in result.markdown() + whole.markdown() + json.dumps(whole.to_json())
 
 
 def test_every_phone_has_a_class_and_errors_are_counted_in_it():
@@ -150,7 +160,8 @@ def test_reports(tmp_path):
     systems = {"a & <b>": system(b, 0.5), "other": system(b, 1.0)}
     result = compare(b, systems)
     text = result.markdown()
-    for m in MEASURES:
+    assert [m.name for m in result.measures] == [m.name for m in MEASURES]
+    for m in result.measures:
         assert m.title in text and m.definition in text
     assert "Paired differences" in text and "other less a & <b>" in text and "truth + 80 ms" in text
     data = json.loads(json.dumps(result.to_json(), allow_nan=False))

@@ -65,8 +65,8 @@ def test_landmarks_are_tracked_and_in_the_frame_of_the_face(run):
         assert s.landmarks.shape == expressed.shape
         assert np.abs(s.landmarks - expressed).mean() < 0.5  # pixels: what the six modes leave out
     x = bench.sentences[0].reference
-    assert bench.face.aperture(x).std() > 0.5
-    moved = np.corrcoef(bench.face.aperture(x), bench.face.lower_lip(x))[0, 1]
+    assert bench.gauge("aperture")(x).std() > 0.5
+    moved = np.corrcoef(bench.gauge("aperture")(x), bench.gauge("lower_lip")(x))[0, 1]
     assert moved > 0.9  # the toy talker opens with the lower lip
 
 

@@ -32,4 +32,4 @@ def test_thirty_modes_of_twenty_clips_reconstruct_unseen_ones(grid_raw: Path) ->
     total = sum(clip_errors(model, measure_clip(model, c)) for c in _clips(grid_raw, "test", 4, about["scale"]))
     pixels, grey = np.sqrt(total[0] / total[2])
     assert pixels < 0.35 and grey < 4
-    assert 1.5 < model.aperture(np.zeros(30)) < 5 and 33 < model.width(np.zeros(30)) < 43
+    assert 1.5 < model.gauges["aperture"](np.zeros(30)) < 5 and 33 < model.gauges["width"](np.zeros(30)) < 43

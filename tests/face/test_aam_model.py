@@ -11,9 +11,9 @@ from face.aam_cases import CONFIG, GROUPS, clip, clip_arrays, clips, face
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, Clip, encode_clip, fit_aam, reconstruct
 from dnnvss.face.aam.coding import UnusableClipError, clip_errors, measure_clip
-from dnnvss.face.aam.model import lip_pairs
-from dnnvss.face.aam.outliers import robust_limit
 from dnnvss.face.aam.pca import components
+from dnnvss.face.lips import lip_pairs
+from dnnvss.robust import robust_limit
 
 
 @pytest.fixture(scope="module")
@@ -100,9 +100,9 @@ def test_encode_of_one_frame_agrees_with_the_clip(model: ActiveAppearanceModel) 
 
 def test_aperture_and_width_are_what_the_points_say(model: ActiveAppearanceModel) -> None:
     parameters = np.random.default_rng(3).normal(0, 1, (4, model.size)) * model.deviations
-    points = model.decode_shape(parameters)
-    assert model.aperture(parameters) == pytest.approx(points[:, 9, 1] - points[:, 7, 1])
-    assert model.width(parameters) == pytest.approx(points[:, 3, 0] - points[:, 0, 0])
+    points = model.points(parameters)
+    assert model.gauges["aperture"](parameters) == pytest.approx(points[:, 9, 1] - points[:, 7, 1])
+    assert model.gauges["width"](parameters) == pytest.approx(points[:, 3, 0] - points[:, 0, 0])
     pairs, middle = lip_pairs(face(), np.arange(6, 10))
     assert pairs.tolist() == [[7, 9]] and middle == 0
 
@@ -112,7 +112,7 @@ def test_separate_kind_orders_shape_before_texture() -> None:
     assert model.names[:3] == ("shape01", "shape02", "texture01")
     parameters = np.zeros(model.size)
     parameters[2:] = 5
-    assert model.decode_shape(parameters) == pytest.approx(model.mean_shape)
+    assert model.points(parameters) == pytest.approx(model.mean_shape)
     parameters = np.random.default_rng(2).normal(0, 1, (3, model.size)) * model.deviations
     points, textures = model.decode(parameters)
     assert model.project(points - model.mean_shape, textures - model.mean_texture) == pytest.approx(
@@ -130,7 +130,8 @@ def test_more_shape_weight_means_less_error_in_the_points() -> None:
 
 def test_save_and_load_are_equal(model: ActiveAppearanceModel, tmp_path: Path) -> None:
     loaded = ActiveAppearanceModel.load(model.save(tmp_path / "aam.npz"))
-    assert loaded.config == model.config and loaded.groups == model.groups and loaded.limits == model.limits
+    assert loaded.config == model.config and loaded.landmark_groups == model.landmark_groups
+    assert loaded.limits == model.limits
     for name in ("mean_shape", "mean_texture", "shape_modes", "texture_modes", "deviations", "spread"):
         assert (getattr(loaded, name) == getattr(model, name)).all()
     arrays = clip_arrays(60)

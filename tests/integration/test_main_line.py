@@ -28,7 +28,7 @@ from dnnvss.formats import read_alignment
 from dnnvss.media import read_audio, read_video, video_info
 from dnnvss.runs.run import Run
 from dnnvss.style import read_keys, write_keys
-from dnnvss.style.rules import BILABIALS, measure, phone_frames
+from dnnvss.style.rules import BILABIALS, phone_frames
 from dnnvss.synthesis.speak import replace_unseen, synthesise
 from dnnvss.timing import Alignment, FrameClock, Tier
 
@@ -190,7 +190,7 @@ def test_plain_style_is_mlpg_bit_for_bit_and_articulated_lips_close(home: Path) 
     lively = trajectory(speak(home, "g.mp4", "text='my papa may buy a puppy'"))
     talker = run.generator.talker
     for _, frames in phone_frames(tiers["phones"], run.task.clock, BILABIALS, len(lively), (0.25, 0.75)):
-        assert measure(talker.aperture, lively[frames]).max() < talker.closed + 1e-3
+        assert talker.gauges["aperture"](lively[frames]).max() < talker.levels["aperture"] + 1e-3
 
 
 def test_side_by_side_video_has_the_recording_and_both_styles(home: Path) -> None:
@@ -220,7 +220,7 @@ def test_keys_are_exported_edited_and_survive_another_timing(home: Path, kind: s
         x = trajectory(speak(home, out, text, f"import_keys={file}", speed))
         segment = read_alignment((home / out).with_suffix(".TextGrid"))["phones"][wanted.index]
         at = int(0.5 * (segment.start + segment.end) * 100 + 1e-6)
-        aperture = measure(Run.open(home / "runs" / "ph").generator.talker.aperture, x)
+        aperture = Run.open(home / "runs" / "ph").face.gauges["aperture"](x)
         assert np.abs(aperture[at - 1 : at + 2] - 9.0).min() < 1e-3  # TextGrid times are rounded
 
 
@@ -231,7 +231,7 @@ def test_curves_have_a_line_for_each_picture(home: Path) -> None:
     assert names[:5] == ["frame", "seconds", "aperture", "lower_lip", "width"] and names[5] == "aam01"
     assert len(rows) == len(read_video(out)) and rows[30, 1] == pytest.approx(30 * 1001 / 30000, abs=1e-6)
     run = Run.open(home / "runs" / "ph")
-    np.testing.assert_allclose(measure(run.generator.talker.aperture, rows[:, 5:]), rows[:, 2], atol=1e-2)
+    np.testing.assert_allclose(run.face.gauges["aperture"](rows[:, 5:]), rows[:, 2], atol=1e-2)
     phones = read_alignment(home / "curves.TextGrid")["phones"]
     closed = [i for s, at in phone_frames(phones, FrameClock("29.97"), BILABIALS, len(rows)) for i in at]
     assert rows[closed, 2].min() < rows[:, 2].mean()

@@ -136,7 +136,7 @@ def test_lips_never_pass_through_each_other(
     model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray]
 ) -> None:
     neutral, _, _ = shown
-    shut = model.aperture.vector / np.square(model.aperture.vector).sum()
+    shut = model.gauges["aperture"].vector / np.square(model.gauges["aperture"].vector).sum()
     parameters = np.outer([0.0, -30.0], shut)
     points = Renderer(model, neutral).points_in_image(parameters)
     gap = points[:, 9, 1] - points[:, 7, 1]
@@ -149,7 +149,7 @@ def test_frames_of_a_tall_jaw_have_no_tear(
 ) -> None:
     """The toy's skin is smooth, so a tear would be the steepest step in the picture."""
     neutral, _, parameters = shown
-    widest = parameters[model.aperture(parameters).argmax()] * 1.3
+    widest = parameters[model.gauges["aperture"](parameters).argmax()] * 1.3
     drawn = next(Renderer(model, neutral).frames(widest[None])).astype(int)
     assert np.abs(np.diff(drawn[56:], axis=0)).max() <= 12 and np.abs(np.diff(drawn[56:], axis=1)).max() <= 14
 

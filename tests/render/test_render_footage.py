@@ -54,8 +54,8 @@ def test_other_words_take_the_pose_and_the_light_of_the_footage(model: ActiveApp
 def test_the_picture_below_goes_with_the_jaw(model: ActiveAppearanceModel) -> None:
     """The toy's skin is smooth: a seam or a tear would be the steepest step in the picture."""
     shown, _ = footage(model, 50)
-    wide = shown.code.parameters[model.aperture(shown.code.parameters).argmax()] * 1.3
-    shut = int(model.aperture(shown.code.parameters).argmin())
+    wide = shown.code.parameters[model.gauges["aperture"](shown.code.parameters).argmax()] * 1.3
+    shut = int(model.gauges["aperture"](shown.code.parameters).argmin())
     drawn = next(Revoicer(model, shown, np.array([shut])).frames(wide[None])).astype(int)
     assert np.abs(np.diff(drawn[56:], axis=0)).max() <= 14 and np.abs(np.diff(drawn[56:], axis=1)).max() <= 14
 

@@ -71,6 +71,28 @@ def test_frames_are_chosen_exported_and_added_to(
     assert "holds labels of the scheme 'lips_jaw_nostrils'" in capsys.readouterr().err
 
 
+def test_videos_whose_paths_look_alike_have_pictures_of_their_own(
+    tmp_path: Path
+) -> None:
+    out, folder = tmp_path / "labels", tmp_path / "videos"
+    for k, name in enumerate(("a/b.mp4", "a_b.mp4", "a_b.avi", "A_B.mp4")):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        write_video(folder / name, [picture(2 * k + np.sin(0.7 * t)) for t in range(20)], 25)
+    assert main(["choose", str(folder / "a_b.mp4"), "--count", "3", "--out", str(out)]) == 0
+    first = Sheet.open(out)
+    assert {label.image.rpartition("_")[0] for label in first.labels} == {"a_b"}
+    assert main(["choose", str(folder), "--count", "12", "--out", str(out)]) == 0
+    sheet = Sheet.open(out)
+    assert set(first.labels) <= set(sheet.labels)
+    assert {label.video for label in sheet.labels} == {"a/b.mp4", "a_b.mp4", "a_b.avi", "A_B.mp4"}
+    names = {label.video: label.image.rpartition("_")[0].lower() for label in sheet.labels}
+    assert len(set(names.values())) == 4
+    images = [label.image.lower() for label in sheet.labels]
+    assert len(set(images)) == len(images) and all((out / label.image).is_file() for label in sheet.labels)
+    assert main(["choose", str(folder), "--count", "12", "--out", str(out)]) == 0
+    assert Sheet.open(out).labels == sheet.labels
+
+
 def test_check_lists_what_is_open_and_ends_with_an_error(
     served: LabelServer, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,16 +1,16 @@
 """The whole chain: plain by default, and each setting does what it says."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from face.face_cases import LinearFace, rig
 from scipy.ndimage import gaussian_filter1d
 
 from dnnvss import DnnvssError
 from dnnvss.curves import derivatives, mlpg
 from dnnvss.curves.constraints import Constraints, hold
+from dnnvss.face.lips import mouth_gauges
 from dnnvss.style.generation import Style, Talker, generate, speech_variances, speech_weight
-from dnnvss.style.rules import Gauge, measure, silent_frames
+from dnnvss.style.rules import silent_frames
 from dnnvss.timing import FrameClock, Tier
 
 CLOCK = FrameClock(100)
@@ -19,14 +19,12 @@ TIER = Tier("phones", [(0, 0.5, "sil"), (0.5, 0.8, "AA"), (0.8, 0.9, "B"), (0.9,
 SPEECH = slice(50, 160)
 
 
-def face() -> SimpleNamespace:
-    """Six points of an inner lip in two modes: the first lowers the lower lip, the second raises the upper one."""
+def face() -> LinearFace:
+    """Six points of lips in two modes: the first lowers the lower lip, the second raises the upper one."""
     shape = np.array([[-10.0, 0], [-3, -1], [3, -1], [10, 0], [3, 1], [-3, 1]])
     modes = np.zeros((2, 6, 2))
     modes[0, 4:, 1], modes[1, 1:3, 1] = 1.0, -1.0
-    aperture = Gauge(np.array([1.0, 1.0]), 2.0)
-    return SimpleNamespace(mean_shape=shape, shape_modes=modes, aperture=aperture,
-                           layout=SimpleNamespace(inner=np.arange(6)))
+    return LinearFace(shape, modes, mouth_gauges(shape, modes, np.arange(6), np.arange(6)))
 
 
 def movement(seed: int) -> np.ndarray:
@@ -54,8 +52,8 @@ def prediction(gain=0.6):
 
 def test_what_is_learnt_of_the_talker(talker):
     assert talker.rest == pytest.approx([-1.0, -0.5], abs=0.05) and (talker.rest_deviation < 0.2).all()
-    assert talker.closed == pytest.approx(2 - 1.5 - 1.0, abs=0.1)  # aperture 2 + x1 + x2 at its least on B
-    assert talker.raised == pytest.approx(1 - 0.7, abs=0.1)
+    assert talker.levels["aperture"] == pytest.approx(2 - 1.5 - 1.0, abs=0.1)  # aperture 2 + x1 + x2 at its least on B
+    assert talker.levels["lower_lip"] == pytest.approx(1 - 0.7, abs=0.1)
     assert talker.natural == pytest.approx(np.mean(speech_variances([movement(s) for s in range(8)], [TIER] * 8, CLOCK),
                                                    axis=0), rel=0.1)
 
@@ -92,14 +90,15 @@ def test_without_held_out_trajectories_every_utterance_gets_the_talkers_variance
 def test_lips_close_and_touch(talker):
     mean, variance = prediction(0.3)
     plain = generate(mean, variance, TIER, CLOCK, talker)
-    assert measure(talker.aperture, plain)[80:90].min() > talker.closed + 0.3
+    assert talker.gauges["aperture"](plain)[80:90].min() > talker.levels["aperture"] + 0.3
     x = generate(mean, variance, TIER, CLOCK, talker, Style(closures=True, contacts=True))
-    assert measure(talker.aperture, x)[83:87].max() < talker.closed + 1e-5
-    assert measure(talker.lower_lip, x)[123:127].max() < talker.raised + 1e-5
+    assert talker.gauges["aperture"](x)[83:87].max() < talker.levels["aperture"] + 1e-5
+    assert talker.gauges["lower_lip"](x)[123:127].max() < talker.levels["lower_lip"] + 1e-5
     all_of_it = Style(articulation=1.0, closures=True, contacts=True, rest=True)
     own = hold([100], np.array([1.0, 0.0]), value=5.0, label="key")
     y = generate(mean, variance, TIER, CLOCK, talker, all_of_it, constraints=own)
-    assert y[100, 0] == pytest.approx(5.0, abs=1e-5) and measure(talker.aperture, y)[83:87].max() < talker.closed + 1e-5
+    assert y[100, 0] == pytest.approx(5.0, abs=1e-5)
+    assert talker.gauges["aperture"](y)[83:87].max() < talker.levels["aperture"] + 1e-5
 
 
 def test_rest_in_silence(talker):
@@ -119,8 +118,10 @@ def test_the_dial_fades_by_half_a_cosine():
 def test_a_talker_is_saved_and_loaded(talker, tmp_path):
     for own in (talker, talker.knowing([movement(1)] * 2, [movement(2)] * 2, [TIER] * 2, CLOCK)):
         back = Talker.load(own.save(tmp_path / "talker.npz"))
-        assert np.array_equal(back.natural, own.natural) and back.closed == own.closed and back.raised == own.raised
-        assert np.array_equal(back.aperture.vector, own.aperture.vector) and back.lower_lip.constant == 1.0
+        assert np.array_equal(back.natural, own.natural) and back.levels == own.levels
+        for name in ("aperture", "lower_lip"):
+            assert np.array_equal(back.gauges[name].vector, own.gauges[name].vector)
+        assert back.gauges["lower_lip"].constant == 1.0 and back.gauges["lower_lip"].unit == "px"
         assert (back.own is None) == (own.own is None)
     np.savez(tmp_path / "other.npz", natural=np.ones(2))
     with pytest.raises(DnnvssError, match=r"other\.npz.*lacks"):
@@ -130,12 +131,26 @@ def test_a_talker_is_saved_and_loaded(talker, tmp_path):
 def test_what_the_talker_never_showed_is_left_out():
     spoken = Tier("phones", [(0, 2.0, "AA")])
     talker = Talker.of([movement(0)], [spoken], CLOCK, face())
-    assert talker.unknown == {"closures": "p, b or m", "contacts": "f or v", "rest": "silence"}
+    assert talker.unknown == {name: f"the talker's recordings hold no {what}" for name, what in
+                              (("closures", "p, b or m"), ("contacts", "f or v"), ("rest", "silence"))}
     mean, variance = prediction()
     everything = generate(mean, variance, TIER, CLOCK, talker, Style(closures=True, contacts=True, rest=True))
     assert np.array_equal(everything, mlpg(mean, variance))
     with pytest.raises(DnnvssError, match="speech"):
         Talker.of([movement(0)], [Tier("phones", [(0, 2.0, "sil")])], CLOCK, face())
+
+
+def test_rules_of_a_gauge_that_the_face_lacks_are_left_out(tmp_path):
+    references = [movement(seed) for seed in range(3)]
+    talker = Talker.of(references, [TIER] * 3, CLOCK, rig(2))
+    assert talker.unknown == {"closures": "this kind of face has no gauge aperture",
+                              "contacts": "this kind of face has no gauge lower_lip"}
+    assert Talker.load(talker.save(tmp_path / "talker.npz")).unknown == talker.unknown
+    mean, variance = prediction()
+    lips = generate(mean, variance, TIER, CLOCK, talker, Style(closures=True, contacts=True))
+    assert np.array_equal(lips, mlpg(mean, variance))
+    rested = generate(mean, variance, TIER, CLOCK, talker, Style(rest=True))
+    assert np.abs(rested[:30] - talker.rest).max() < 0.5 * np.abs(lips[:30] - talker.rest).max()
 
 
 def test_a_coefficient_that_stands_still_in_silence_can_be_pulled_to_rest():
@@ -151,13 +166,13 @@ def test_a_coefficient_that_stands_still_in_silence_can_be_pulled_to_rest():
 def test_a_key_that_opens_the_mouth_on_b_wins_over_the_rule(talker):
     mean, variance = prediction(0.3)
     style = Style(closures=True, contacts=True)
-    key = hold([85], talker.aperture.vector, talker.aperture.constant, value=6.0, label="key")
+    key = hold([85], talker.gauges["aperture"].vector, talker.gauges["aperture"].constant, value=6.0, label="key")
     x = generate(mean, variance, TIER, CLOCK, talker, style, constraints=key)
-    assert measure(talker.aperture, x)[85] == pytest.approx(6.0, abs=1e-4)
-    assert measure(talker.lower_lip, x)[123:127].max() < talker.raised + 1e-5
-    agreeing = hold([85], talker.aperture.vector, talker.aperture.constant, high=6.0, label="key")
+    assert talker.gauges["aperture"](x)[85] == pytest.approx(6.0, abs=1e-4)
+    assert talker.gauges["lower_lip"](x)[123:127].max() < talker.levels["lower_lip"] + 1e-5
+    agreeing = hold([85], talker.gauges["aperture"].vector, talker.gauges["aperture"].constant, high=6.0, label="key")
     y = generate(mean, variance, TIER, CLOCK, talker, style, constraints=agreeing)
-    assert measure(talker.aperture, y)[83:87].max() < talker.closed + 1e-5
+    assert talker.gauges["aperture"](y)[83:87].max() < talker.levels["aperture"] + 1e-5
 
 
 @pytest.mark.parametrize("wrong", [{"articulation": -1.0}, {"articulation": float("nan")}, {"release": "long"},
@@ -176,7 +191,7 @@ def test_one_frame_is_enough(talker):
         x = generate(mean[:1], variance, Tier("phones", [(0, 0.01, label)]), CLOCK, talker, EVERYTHING)
         assert x.shape == (1, 2) and np.isfinite(x).all()
         if label == "B":
-            assert measure(talker.aperture, x)[0] < talker.closed + 1e-5
+            assert talker.gauges["aperture"](x)[0] < talker.levels["aperture"] + 1e-5
 
 
 @pytest.mark.parametrize("takes, style", [(1830, Style(articulation=1.0, rest=True)), (90, EVERYTHING)])
@@ -190,7 +205,7 @@ def test_an_hour_or_minutes_of_constraints_in_one_call(talker, takes, style):
     assert x.shape == (200 * takes, 2)
     assert np.abs(x[600:1200] - few[600:1200]).max() < 1e-3 * few.std()
     if style.closures:
-        assert measure(talker.aperture, x.reshape(takes, 200, 2)[:, 83:87]).max() < talker.closed + 1e-4
+        assert talker.gauges["aperture"](x.reshape(takes, 200, 2)[:, 83:87]).max() < talker.levels["aperture"] + 1e-4
 
 
 @pytest.mark.parametrize("value", [0.0, np.nan, -1.0])
@@ -210,7 +225,7 @@ def test_infinite_variances_say_nothing_in_every_style(talker):
     mean[20:25] = 1e6  # nobody listens
     x = generate(mean, spread, TIER, CLOCK, talker, EVERYTHING)
     assert np.isfinite(x).all() and np.abs(x).max() < 100
-    assert measure(talker.aperture, x)[83:87].max() < talker.closed + 1e-4
+    assert talker.gauges["aperture"](x)[83:87].max() < talker.levels["aperture"] + 1e-4
 
 
 def test_contradictory_wishes_of_an_artist_are_named(talker):

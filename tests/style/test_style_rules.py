@@ -1,7 +1,6 @@
 """Rules from phones, rest in silence, and keys that survive."""
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -9,11 +8,11 @@ import pytest
 from dnnvss import DnnvssError
 from dnnvss.curves import derivatives, mlpg
 from dnnvss.curves.constraints import constrain
+from dnnvss.face.base import Gauge
 from dnnvss.style.keys import Key, coefficients, key_constraints, read_keys, sample_keys, write_keys
 from dnnvss.style.rules import (
     closure,
     level,
-    measure,
     phone_extremes,
     phone_frames,
     rest_in_silence,
@@ -27,15 +26,8 @@ TIER = Tier("phones", [(0, 0.2, "sil"), (0.2, 0.28, "B"), (0.28, 0.48, "AY"), (0
                        (0.545, 0.8, "sil")])
 
 
-@dataclass(frozen=True)
-class Gauge:
-    """An aperture: 2 pixels at rest, growing with the first coefficient."""
-
-    vector: np.ndarray
-    constant: float
-
-
-APERTURE = Gauge(np.array([1.0, -0.5]), 2.0)
+APERTURE = Gauge("aperture", np.array([1.0, -0.5]), 2.0)
+"""2 pixels at rest, growing with the first coefficient."""
 
 
 def prediction(frames=80):
@@ -58,7 +50,7 @@ def test_closure_holds_and_leaves_the_rest_nearly_alone():
     constraints = rule.constraints(TIER, CLOCK, APERTURE, 80)
     assert len(constraints) == 5 and constraints.labels[0] == "lip closure on B at 0.20 s"
     x = constrain(x0, variance, constraints)
-    apertures = measure(APERTURE, x)
+    apertures = APERTURE(x)
     assert apertures[[22, 23, 24, 25, 54]].max() < 0.5 + 1e-9
     assert np.abs(x - x0)[70:].max() < 0.05 * np.abs(x - x0).max()
     contact = teeth_contact(1.0, part=(0.0, 1.0)).constraints(TIER, CLOCK, APERTURE, 80)
@@ -114,7 +106,7 @@ def test_keys_survive_a_file_an_edit_and_another_tempo(tmp_path, suffix):
     again = mlpg(np.repeat(mean, 2, axis=0), variance)
     constraints = key_constraints(edited, functionals, CLOCK, 160, slow)
     assert constraints.frames.tolist() == [76]
-    assert measure(APERTURE, constrain(again, variance, constraints))[76] == pytest.approx(6.0, abs=1e-9)
+    assert APERTURE(constrain(again, variance, constraints))[76] == pytest.approx(6.0, abs=1e-9)
     fixed = key_constraints(edited, functionals, CLOCK, 160)
     assert fixed.frames.tolist() == [38]
 
@@ -133,7 +125,7 @@ def test_ranges_over_time_and_open_bounds(tmp_path):
     assert keys == [Key(0.3, "aperture", 3.0, np.inf, end=0.33)]
     x = derivatives(np.zeros((80, 2)))
     constraints = key_constraints(keys, {"aperture": APERTURE}, CLOCK, 80)
-    out = measure(APERTURE, constrain(mlpg(x, 1.0), 1.0, constraints))
+    out = APERTURE(constrain(mlpg(x, 1.0), 1.0, constraints))
     assert out[30:34] == pytest.approx(3.0) and out[0] == pytest.approx(2.0, abs=1e-4)
     (tmp_path / "keys.json").write_text(json.dumps([{"time": 0.3, "name": "aperture", "value": 3}]), encoding="utf-8")
     assert read_keys(tmp_path / "keys.json") == [Key(0.3, "aperture", 3.0, 3.0)]

@@ -2,10 +2,10 @@
 
 from itertools import pairwise
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from face.face_cases import LinearFace, rig
 from omegaconf import OmegaConf
 
 from dnnvss.commands.visemes import main, report, viseme_settings
@@ -58,11 +58,13 @@ def talker() -> Talker:
 
 
 def test_gestures_look_at_the_points_of_the_face_or_at_coefficients() -> None:
-    model = SimpleNamespace(size=2, shape_modes=np.arange(12.0).reshape(2, 3, 2))
-    assert gesture_view(model, GestureSettings()).shape == (2, 6)  # type: ignore[arg-type, union-attr]
-    assert gesture_view(model, GestureSettings(looks="coefficients", coefficients=1)) is None  # type: ignore[arg-type]
+    model = LinearFace(np.zeros((3, 2)), np.arange(12.0).reshape(2, 3, 2))
+    assert gesture_view(model, GestureSettings()).shape == (2, 6)
+    assert gesture_view(model, GestureSettings(looks="coefficients", coefficients=1)) is None
     with pytest.raises(DnnvssError, match=r"looks=points.*looks=coefficients"):
-        gesture_view(model, GestureSettings(coefficients=1))  # type: ignore[arg-type]
+        gesture_view(model, GestureSettings(coefficients=1))
+    with pytest.raises(DnnvssError, match=r"no points.*looks=coefficients"):
+        gesture_view(rig(2), GestureSettings())
     with pytest.raises(DnnvssError, match="'lips'"):
         GestureSettings(looks="lips")
 

@@ -6,8 +6,8 @@ from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.encoding import EncodedCorpus, encode_corpus
 from dnnvss.face.aam.fit import fit_aam
 from dnnvss.face.aam.mesh import Warp, triangulate
-from dnnvss.face.aam.model import ActiveAppearanceModel, Functional
+from dnnvss.face.aam.model import ActiveAppearanceModel
 from dnnvss.face.aam.points import Layout, PointSet
 
-__all__ = ["AAMConfig", "ActiveAppearanceModel", "Clip", "ClipCode", "EncodedCorpus", "Functional", "Layout",
-           "PointSet", "Warp", "corpus_clips", "encode_clip", "encode_corpus", "fit_aam", "reconstruct", "triangulate"]
+__all__ = ["AAMConfig", "ActiveAppearanceModel", "Clip", "ClipCode", "EncodedCorpus", "Layout", "PointSet",
+           "Warp", "corpus_clips", "encode_clip", "encode_corpus", "fit_aam", "reconstruct", "triangulate"]

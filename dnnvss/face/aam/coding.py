@@ -83,7 +83,7 @@ def clip_errors(model: ActiveAppearanceModel, measured: Measured) -> np.ndarray:
     code = measured.code
     keep = np.flatnonzero(code.valid)
     scale = np.hypot(code.pose[keep, 0], code.pose[keep, 1])
-    gap = measured.shapes[keep] - model.decode_shape(code.parameters[keep])
+    gap = measured.shapes[keep] - model.points(code.parameters[keep])
     gaps = [gap - code.shape_offset, gap]
     pixels = [((g**2).sum(axis=-1).mean(axis=-1) * scale**2).sum() for g in gaps]
     greys = np.zeros(2)

@@ -19,7 +19,6 @@ from dnnvss.face.aam.outliers import (
     LEAST_STABLE,
     LEAST_TEXTURE,
     Limits,
-    robust_limit,
     shape_distance,
     spread_of,
     texture_distance,
@@ -27,6 +26,7 @@ from dnnvss.face.aam.outliers import (
 from dnnvss.face.aam.parts import supports
 from dnnvss.face.aam.points import Layout
 from dnnvss.face.aam.pose import PoseReference, mean_shape, to_reference
+from dnnvss.robust import robust_limit
 
 _MEMORY = 2**30
 """Bytes that the textures of the fit may take as floats."""

@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -15,21 +16,11 @@ from dnnvss.face.aam.outliers import Limits
 from dnnvss.face.aam.parts import part_names
 from dnnvss.face.aam.points import Layout
 from dnnvss.face.aam.pose import PoseReference, to_image, to_reference
+from dnnvss.face.base import Gauge, name_groups
+from dnnvss.face.lips import mouth_gauges
 
 _FORMATS = (1, 2)
 """Written: 1 where no setting needs 2, which brought rigid poses, luminance and parts."""
-
-
-@dataclass(frozen=True)
-class Functional:
-    """A linear functional of the parameters: ``parameters @ vector + constant``, in reference pixels."""
-
-    vector: np.ndarray
-    constant: float
-
-    def __call__(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the values (...,) of parameters (..., D)."""
-        return parameters @ self.vector + self.constant
 
 
 @dataclass(frozen=True)
@@ -46,7 +37,7 @@ class ActiveAppearanceModel:
 
     Args:
         config: the settings that it was fitted with.
-        groups: the corpus's landmark groups.
+        landmark_groups: of the corpus.
         reference: stable points of the reference frame.
         mean_shape: (P, 2) in reference pixels.
         warp: the shape on which textures are kept (see ``AAMConfig.texture_shape``), with its mesh.
@@ -60,8 +51,10 @@ class ActiveAppearanceModel:
         colours: where a model of luminance takes its colours from; None for one of all channels.
     """
 
+    kind: ClassVar[str] = "aam"
+
     config: AAMConfig
-    groups: dict[str, tuple[int, int]]
+    landmark_groups: dict[str, tuple[int, int]]
     reference: PoseReference
     mean_shape: np.ndarray
     warp: Warp
@@ -77,7 +70,7 @@ class ActiveAppearanceModel:
     @cached_property
     def layout(self) -> Layout:
         """The modelled, stable and mouth rows of a landmark array."""
-        return self.config.points.layout(self.groups)
+        return self.config.points.layout(self.landmark_groups)
 
     @property
     def size(self) -> int:
@@ -116,9 +109,13 @@ class ActiveAppearanceModel:
         texture = self.warp.sample(image, points)
         return luminance(texture) if self.config.colour == "luminance" else texture
 
-    def decode_shape(self, parameters: np.ndarray) -> np.ndarray:
-        """Return points (..., P, 2) in the reference frame for parameters (..., D)."""
+    def points(self, parameters: np.ndarray) -> np.ndarray:
+        """Points (..., P, 2) in the reference frame for parameters (..., D)."""
         return self.mean_shape + np.tensordot(parameters, self.shape_modes, axes=1)
+
+    def jacobian(self) -> np.ndarray:
+        """How the points move with each parameter, (D, P, 2)."""
+        return self.shape_modes.astype(float)
 
     def decode_texture(self, parameters: np.ndarray) -> np.ndarray:
         """Return textures (..., N, 3) float32, not clipped to 0..255, for parameters (..., D); luminance is grey."""
@@ -127,7 +124,7 @@ class ActiveAppearanceModel:
 
     def decode(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return points (..., P, 2) in the reference frame and textures (..., N, 3) for parameters (..., D)."""
-        return self.decode_shape(parameters), self.decode_texture(parameters) + self.colour(parameters)
+        return self.points(parameters), self.decode_texture(parameters) + self.colour(parameters)
 
     def colour(self, parameters: np.ndarray) -> np.ndarray:
         """Return what is added to a texture for its colour, (..., N, 3) float32; zero if all channels are modelled."""
@@ -137,27 +134,31 @@ class ActiveAppearanceModel:
         """Return reference points (..., P, 2) in picture pixels for poses (..., 4)."""
         return to_image(points, pose, self.reference.pivot)
 
-    @cached_property
-    def aperture(self) -> Functional:
-        """The distance between the centres of the inner lips in reference pixels (negative where they cross)."""
-        pairs, middle = lip_pairs(self.mean_shape, self.layout.inner)
-        return self._difference(int(pairs[middle, 0]), int(pairs[middle, 1]), axis=1)
+    @property
+    def unit(self) -> str:
+        """Reference pixels."""
+        return "px"
 
     @cached_property
-    def width(self) -> Functional:
-        """The horizontal distance between the mouth's corners in reference pixels."""
-        x = self.mean_shape[self.layout.outer, 0]
-        return self._difference(int(self.layout.outer[x.argmin()]), int(self.layout.outer[x.argmax()]), axis=0)
+    def groups(self) -> dict[str, tuple[int, ...]]:
+        """Name of a group to the positions of its parameters (see :func:`dnnvss.face.base.name_groups`)."""
+        return name_groups(self.names)
 
-    def _difference(self, first: int, second: int, axis: int) -> Functional:
-        vector = self.shape_modes[:, second, axis] - self.shape_modes[:, first, axis]
-        return Functional(vector, float(self.mean_shape[second, axis] - self.mean_shape[first, axis]))
+    @cached_property
+    def contours(self) -> dict[str, list[int]]:
+        """Modelled landmark group to its points, to be drawn as a line."""
+        return {name: rows.tolist() for name, rows in self.layout.groups.items()}
+
+    @cached_property
+    def gauges(self) -> dict[str, Gauge]:
+        """Aperture, lower lip and width of the mouth (see :func:`dnnvss.face.lips.mouth_gauges`)."""
+        return mouth_gauges(self.mean_shape, self.shape_modes, self.layout.outer, self.layout.inner, self.unit)
 
     def save(self, path: str | Path) -> Path:
         """Write the model as ``.npz`` (arrays and a JSON text) and return the path."""
         late = set(self.config.to_dict()) - set(AAMConfig().to_dict())
         colours = {} if self.colours is None else self.colours.arrays()
-        text = json.dumps({"format": 2 if late else 1, "config": self.config.to_dict(), "groups": self.groups,
+        text = json.dumps({"format": 2 if late else 1, "config": self.config.to_dict(), "groups": self.landmark_groups,
                            "limits": vars(self.limits), "smoothing": self.reference.smoothing, "scale": self.warp.scale,
                            "shape_weight": self.shape_weight})
         return files.write_arrays(
@@ -189,20 +190,3 @@ def _loaded(path: Path) -> ActiveAppearanceModel:
         arrays["shape_modes"], arrays["texture_modes"], settings["shape_weight"], arrays["deviations"],
         arrays["spread"], Limits(**settings["limits"]),
         ColourBank.from_arrays(arrays) if config.colour == "luminance" else None)
-
-
-def lip_pairs(shape: np.ndarray, inner: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return pairs (n, 2) of inner-lip points, upper and the lower one under it, and which pair is in the middle.
-
-    Args:
-        shape: a shape (P, 2) with an upright mouth.
-        inner: positions of the inner contour among the P points, in order round the mouth.
-    """
-    contour = shape[inner]
-    first, second = sorted((int(contour[:, 0].argmin()), int(contour[:, 0].argmax())))
-    ring = np.arange(len(inner))
-    chains = [ring[(ring > first) & (ring < second)], ring[(ring < first) | (ring > second)]]
-    upper, lower = sorted(chains, key=lambda chain: contour[chain, 1].mean())
-    across = np.abs(contour[upper, 0][:, None] - contour[lower, 0]).argmin(axis=1)
-    middle = int(np.abs(contour[upper, 0] - contour[[first, second], 0].mean()).argmin())
-    return np.column_stack([inner[upper], inner[lower[across]]]), middle

@@ -4,27 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_TO_SIGMA = 1.4826
-"""A normal distribution's standard deviation in median absolute deviations."""
-
-
-def robust_limit(values: np.ndarray, deviations: float, least: float = 0.0) -> float:
-    """Return the value (one-sided) that lies ``deviations`` robust standard deviations above the median.
-
-    The robust standard deviation is 1.4826 times the median absolute deviation.
-
-    Args:
-        values: what was measured, one number a frame.
-        deviations: robust standard deviations.
-        least: the limit is not below this, so that data without noise keeps its frames.
-    """
-    middle = float(np.median(values))
-    return max(middle + deviations * _TO_SIGMA * float(np.median(np.abs(values - middle))), least)
+from dnnvss import robust
 
 
 def spread_of(values: np.ndarray) -> np.ndarray:
     """Return the robust standard deviation of each column of centred values (F, ...) in pixels; no less than 0.05."""
-    return np.maximum(_TO_SIGMA * np.median(np.abs(values), axis=0), 0.05)
+    return np.maximum(robust.spread(values), 0.05)
 
 
 def shape_distance(shapes: np.ndarray, centre: np.ndarray, spread: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss import robust
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.face.aam.clips import ClipCode
 from dnnvss.face.aam.model import ActiveAppearanceModel
@@ -102,6 +103,6 @@ def _off_colour(read: Mapping[str, ClipCode]) -> dict[str, list[float]]:
     """Return utterance to its mean colour less the others' (grey levels of red, green, blue), where that is far out."""
     colours = np.array([code.texture_offset.mean(axis=0, dtype=np.float64) for code in read.values()])
     centred = colours - np.median(colours, axis=0)
-    spread = np.maximum(1.4826 * np.median(np.abs(centred), axis=0), 0.5)
+    spread = np.maximum(robust.spread(centred), 0.5)
     far = (np.abs(centred) > OFF_COLOUR * spread).any(axis=1)
     return {i: c.round(1).tolist() for i, c, out in zip(read, centred, far, strict=True) if out}

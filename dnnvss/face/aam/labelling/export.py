@@ -1,8 +1,9 @@
 """Choosing the frames to label, and their starting guesses."""
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePath
 
 import numpy as np
 
@@ -47,11 +48,11 @@ def _add(sheet: Sheet, video: Path, chosen: Sequence[Choice], scheme: Scheme, ro
          placed: dict[str, int]) -> Sheet:
     """Return the sheet with the chosen frames of one video, whose pictures and guesses are written."""
     relative = video.relative_to(root)
-    known = {label.image for label in sheet.labels}
-    name = "_".join(relative.with_suffix("").parts)
+    known = {label.frame for label in sheet.labels if label.video == relative.as_posix()}
+    name = _name(sheet.labels, relative)
     stems = {c.frame: f"{name}_{c.frame:06d}" for c in chosen}
     new = [Label(relative.as_posix(), frame, f"{stem}.png", f"{stem}.pts") for frame, stem in stems.items()
-           if f"{stem}.png" not in known]
+           if frame not in known]
     if not new:
         return sheet
     images, detector = read_video(video), find_detector()
@@ -62,3 +63,16 @@ def _add(sheet: Sheet, video: Path, chosen: Sequence[Choice], scheme: Scheme, ro
         write_picture(sheet.folder / label.image, images[label.frame])
         write_pts(sheet.folder / label.points, guess.points)
     return replace(sheet, labels=tuple(sorted([*sheet.labels, *new], key=lambda each: each.image)))
+
+
+def _name(labels: Sequence[Label], video: PurePath) -> str:
+    """What the pictures of a video are called, before the number of their frame: no other video of the sheet has it.
+
+    It is the video's path with ``_`` for ``/``, and where another video has that already (``a/b.mp4``, ``a_b.mp4``), a
+    hash of the path with it. Upper and lower case are one, as they are on some disks.
+    """
+    taken = {label.image.rpartition("_")[0].lower() for label in labels if label.video != video.as_posix()}
+    plain = "_".join(video.with_suffix("").parts)
+    if plain.lower() not in taken:
+        return plain
+    return f"{plain}-{hashlib.sha256(video.as_posix().encode()).hexdigest()[:8]}"

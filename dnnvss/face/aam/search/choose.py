@@ -18,9 +18,9 @@ import numpy as np
 from sklearn.cluster import KMeans
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.outliers import robust_limit
 from dnnvss.face.aam.pca import components
 from dnnvss.media.reading import video_frames, video_info
+from dnnvss.robust import robust_limit
 
 _WIDTH = 120
 """Width in pixels of the sketch of a frame in which movement is looked for."""

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.outliers import robust_limit
 from dnnvss.face.aam.search.find import Found, search
 from dnnvss.face.aam.search.model import Limits, SearchModel, SearchSettings, build
+from dnnvss.robust import robust_limit
 
 _FOLDS = 5
 _DEVIATIONS = 6.0

@@ -1,0 +1,163 @@
+"""OpenFace's CSV: landmarks in the picture or in space, by the names of their columns."""
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+_CSV = ("Give the CSV that OpenFace's FeatureExtraction writes, with columns frame, success, x_0 ... y_67 "
+        "(X_0 ... Z_67 for points in space)")
+_AXES = {2: ("x", "y"), 3: ("X", "Y", "Z")}
+"""Names of the columns before the underscore: in pixels of the picture, in millimetres before the camera."""
+_NO_NUMBER = re.compile(r"[+-]?(nan(\(.*\))?|1\.?#\w+|inf(inity)?)?", re.IGNORECASE)
+"""What C libraries write for a value that is no number: nan, -nan(ind), 1.#QNAN, nothing."""
+_FAR = 1000
+"""Frames without a row that a file may have for each row; beyond, a frame number is a mistake."""
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Points of every video frame.
+
+    Args:
+        points: (F, P, 2) float32, (x, y) in pixels, or (F, P, 3), (x, y, z) in millimetres with z away from the
+            viewer; NaN where ``valid`` is False and nothing is known.
+        valid: (F,) bool, whether the points of the frame were found.
+        times: (F,) float64, the time stamps in seconds, NaN for frames without one; None where the file has none.
+    """
+
+    points: np.ndarray
+    valid: np.ndarray
+    times: np.ndarray | None = None
+
+
+def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
+    """The landmarks in an OpenFace CSV; frames with ``success`` 0 or a value that is no number are not valid.
+
+    Columns are found by name; their order, spaces round their names and columns that are not needed do not matter.
+    Where the file follows several faces, the one with the highest summed confidence is taken. Frames are counted from
+    1 in the file (from 0 where it has one of that number); one that has no row is not valid. Time stamps are read where
+    there is a column ``timestamp``.
+
+    Args:
+        path: the file.
+        dimensions: 2 for ``x_i y_i`` in pixels, 3 for ``X_i Y_i Z_i`` in millimetres.
+
+    Raises:
+        DnnvssError: unreadable, columns missing or named twice, a row that is too short or long, a value that is no
+            number, or a frame that comes twice; names the line.
+    """
+    path = Path(path)
+    lines = files.read(path, _lines, _CSV)
+    names = [name.strip() for name in lines[0][1]] if lines else []
+    axes = _AXES[dimensions]
+    count = sum(bool(re.fullmatch(rf"{axes[0]}_\d+", name)) for name in names)
+    coordinates = [f"{axis}_{i}" for i in range(count) for axis in axes]
+    place = _places(path, names, ["frame", "success", *(coordinates or [f"{axis}_0" for axis in axes])])
+    if len(lines) == 1:
+        raise DnnvssError("holds no frame", file=path, remedy=_CSV)
+    optional = [name for name in ("face_id", "confidence", "timestamp") if name in place]
+    wanted = ["frame", "success", *optional, *coordinates]
+    table = np.array([_row(path, number, row, names, wanted, place) for number, row in lines[1:]])
+    column = {name: table[:, i] for i, name in enumerate(wanted)}
+    kept = _one_face(column)
+    numbers = np.array([number for number, _ in lines[1:]])[kept]
+    frame = _frames(path, column["frame"][kept], numbers)
+    points = np.full((frame.max() + 1, count, dimensions), np.nan, np.float32)
+    points[frame] = table[kept, -len(coordinates):].reshape(-1, count, dimensions)
+    valid = np.zeros(len(points), bool)
+    valid[frame] = column["success"][kept] > 0
+    times = None
+    if "timestamp" in place:
+        times = np.full(len(points), np.nan)
+        times[frame] = column["timestamp"][kept]
+    return Landmarks(points, valid & np.isfinite(points).all(axis=(1, 2)), times)
+
+
+def _lines(path: Path) -> list[tuple[int, list[str]]]:
+    """The lines that are not blank, split at commas, with their numbers."""
+    rows = csv.reader(path.read_text("utf-8-sig").splitlines())
+    return [(number, row) for number, row in enumerate(rows, start=1) if any(cell.strip() for cell in row)]
+
+
+def _places(path: Path, names: Sequence[str], wanted: Sequence[str]) -> dict[str, int]:
+    """Name of a column to its place; ``wanted`` are there, once."""
+    if missing := [name for name in wanted if name not in names]:
+        raise DnnvssError(f"has no columns {', '.join(missing[:4])}", file=path, remedy=_CSV)
+    place = {name: i for i, name in enumerate(names) if name}
+    if double := [name for name in wanted if names.count(name) > 1]:
+        raise DnnvssError(f"has two columns {double[0]}", file=path, remedy=_CSV)
+    return place
+
+
+def _row(path: Path, number: int, row: Sequence[str], names: Sequence[str], wanted: Sequence[str],
+         place: Mapping[str, int]) -> list[float]:
+    """The wanted values of a line; coordinates that are no number become NaN."""
+    cells = [cell.strip() for cell in row]
+    while len(cells) > len(names) and not cells[-1]:  # a comma at the end
+        cells.pop()
+    if len(cells) != len(names):
+        raise DnnvssError(f"line {number}: {len(cells)} columns of {len(names)}", file=path, remedy=_CSV)
+    return [_value(path, number, name, cells[place[name]]) for name in wanted]
+
+
+def _value(path: Path, number: int, name: str, text: str) -> float:
+    if _NO_NUMBER.fullmatch(text) and name != "frame":
+        return np.nan
+    try:
+        return float(text)
+    except ValueError as error:
+        raise DnnvssError(f"line {number}: {name} is {text!r}, which is not a number", file=path,
+                          remedy=_CSV) from error
+
+
+def _one_face(column: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which rows (N,) follow the face with the highest summed confidence."""
+    if "face_id" not in column or "confidence" not in column:
+        return np.ones(len(column["frame"]), bool)
+    sure = np.nan_to_num(column["confidence"])
+    faces = np.unique(column["face_id"])
+    best = max(faces, key=lambda face: sure[column["face_id"] == face].sum())
+    return np.asarray(column["face_id"] == best)
+
+
+def _frames(path: Path, counted: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """The frames (N,), from 0, of rows that the file counts from 1 or 0; ``numbers`` (N,) are their lines."""
+    first = 0 if (counted == 0).any() else 1
+    beyond = _FAR * (len(counted) + 1)
+    wrong = ~((counted >= first) & (counted <= beyond) & (counted == np.round(counted)))
+    if wrong.any():
+        at = int(np.flatnonzero(wrong)[0])
+        raise DnnvssError(f"line {numbers[at]}: frame is {counted[at]:g}, which is not the number of a frame",
+                          file=path, remedy=_CSV)
+    frame = counted.astype(int) - first
+    order = np.argsort(frame, kind="stable")
+    again = order[1:][np.diff(frame[order]) == 0]
+    if len(again):
+        raise DnnvssError(f"line {numbers[again[0]]}: frame {counted[again[0]]:g} comes a second time", file=path,
+                          remedy="Keep one row a frame, or give face_id and confidence of each")
+    return frame
+
+
+def write_openface(path: str | Path, landmarks: Landmarks, rate: float = 25.0) -> Path:
+    """Write landmarks as a CSV with OpenFace's columns: frame, face_id, timestamp, confidence, success, points.
+
+    Args:
+        path: the file.
+        landmarks: ``x_i y_i`` are written, or ``X_i Y_i Z_i`` for points in space.
+        rate: frames a second, where the landmarks have no time stamps.
+    """
+    count, dimensions = landmarks.points.shape[1:]
+    lines = [", ".join(["frame", "face_id", "timestamp", "confidence", "success",
+                        *[f"{axis}_{i}" for axis in _AXES[dimensions] for i in range(count)]])]
+    times = np.arange(len(landmarks.points)) / rate if landmarks.times is None else landmarks.times
+    for index, (shape, valid, time) in enumerate(zip(landmarks.points, landmarks.valid, times, strict=True)):
+        values = ", ".join(f"{v:.6f}" for v in np.nan_to_num(shape.T.ravel().astype(float)))
+        lines.append(f"{index + 1}, 0, {time:.4f}, {float(valid):.2f}, {int(valid)}, {values}")
+    return files.write_text(path, "\n".join(lines) + "\n")
