@@ -18,9 +18,10 @@ from dnnvss.curves import GlobalVariance, Stream, Windows, mlpg, smoothing_splin
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import Bench
 from dnnvss.evaluation.metrics import global_variance_ratio
-from dnnvss.evaluation.report import aligned, number
+from dnnvss.evaluation.report import number
 from dnnvss.evaluation.runs import make_bench, read_run
 from dnnvss.face.aam import EncodedCorpus
+from dnnvss.formats.tables import aligned
 from dnnvss.runs.run import Run
 from dnnvss.style.generation import Style, Talker, generate
 from dnnvss.systems import Example, Prediction

@@ -10,16 +10,11 @@ from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import read_landmarks, read_marks
+from dnnvss.formats import LAYOUT_68, read_landmarks, read_marks
 from dnnvss.text.sentence import spoken_words
 
 VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v")
 """Kinds of video; where an id has several, the first."""
-
-IBUG_68 = {"face_oval": (0, 17), "right_brow": (17, 22), "left_brow": (22, 27), "nose_bridge": (27, 31),
-           "nose_base": (31, 36), "right_eye": (36, 42), "left_eye": (42, 48), "lips_outer": (48, 60),
-           "lips_inner": (60, 68)}
-"""Groups of the 68 landmarks of iBUG 300-W, which OpenFace and dlib follow."""
 
 _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .pts files, or ID_000001.pts, ..."
 
@@ -111,7 +106,7 @@ def _groups(raw: Path, sources: list[Source]) -> tuple[dict[str, tuple[int, int]
     if first is not None and (count := _count(first)) not in (0, 68):
         raise DnnvssError(f"utterance {first.id} has {count} landmarks a frame, and their groups are not known",
                           file=described, remedy="Describe them there: {\"groups\": {\"lips_outer\": [48, 60], ...}}")
-    return dict(IBUG_68), 1.0
+    return dict(LAYOUT_68), 1.0
 
 
 def _count(source: Source) -> int:

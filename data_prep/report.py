@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from dnnvss import files
+from dnnvss.formats.tables import markdown_table
 
 STATES = ("kept", "repaired", "dropped")
 
@@ -48,18 +49,17 @@ def write_report(out: Path, outcomes: Iterable[Outcome]) -> Path:
     """Write ``report.jsonl`` (a line per utterance) and ``report.md`` (what is not plain), and return the latter."""
     rows = sorted(outcomes, key=lambda o: o.id)
     files.write_text(out / "report.jsonl", "".join(json.dumps(asdict(o), ensure_ascii=False) + "\n" for o in rows))
-    lines = ["# Report of the preparation", "", "| state | utterances |", "|---|---|"]
-    lines += [f"| {state} | {number} |" for state, number in counts(rows).items()]
+    parts = ["# Report of the preparation", markdown_table(["state", "utterances"], counts(rows).items())]
     for state in ("dropped", "repaired"):
         chosen = [o for o in rows if o.status == state]
         if chosen:
-            lines += ["", f"## {state.capitalize()}", "", "| utterance | reason |", "|---|---|"]
-            lines += [f"| {o.id} | {_cell([*o.reasons, *o.notes])} |" for o in chosen]
+            told = [(o.id, _cell([*o.reasons, *o.notes])) for o in chosen]
+            parts += [f"## {state.capitalize()}", markdown_table(["utterance", "reason"], told)]
     noted = [o for o in rows if o.status == "kept" and o.notes]
     if noted:
-        lines += ["", "## Kept, with a note", "", "| utterance | note |", "|---|---|"]
-        lines += [f"| {o.id} | {_cell(o.notes)} |" for o in noted]
-    return files.write_text(out / "report.md", "\n".join(lines) + "\n")
+        told = [(o.id, _cell(o.notes)) for o in noted]
+        parts += ["## Kept, with a note", markdown_table(["utterance", "note"], told)]
+    return files.write_text(out / "report.md", "\n\n".join(parts) + "\n")
 
 
 def _cell(texts: list[str]) -> str:

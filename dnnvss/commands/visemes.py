@@ -16,6 +16,7 @@ from omegaconf import OmegaConf
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.tables import markdown_table
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.visemes import (
     RULES,
@@ -64,11 +65,7 @@ def report(train: Pairs, test: Pairs, clock: FrameClock, settings: VisemeSetting
         made = learn(clips, clock, replace(settings, units=number), view)
         rows.append([str(number), str(len(made)), str(made.counts[1:].min()), f"{choice.likelihood:.2f}",
                      f"{choice.distortion:.3f}", *gesture_line(made, test)[3:]])
-    return _markdown(lines) + "\n" + _markdown(rows)
-
-
-def _markdown(lines: list[list[str]]) -> str:
-    return "".join("| " + " | ".join(cells) + " |\n" for cells in [lines[0], ["---"] * len(lines[0]), *lines[1:]])
+    return f"{markdown_table(lines[0], lines[1:])}\n\n{markdown_table(rows[0], rows[1:])}\n"
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -9,9 +9,10 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.measures import MEASURES, POINTS, Bench, Measure, Sentence, frame_errors, in_unit
-from dnnvss.evaluation.report import aligned, markdown_table, number
+from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import Difference, Estimate, difference, estimate, holm, pooled
 from dnnvss.face.base import APERTURE
+from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.phones.articulation import ARTICULATION
 
 CLASSES = ("vowel", "bilabial", "labiodental", "dental", "alveolar", "postalveolar", "velar", "other consonant",
@@ -73,7 +74,7 @@ class Comparison:
                  "the 95 % bootstrap interval over sentences."]
         for block in _split(self.measures, 5):
             rows = [[s, *[_interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
-            parts.append(markdown_table(["system", *[m.title for m in block]], rows))
+            parts.append(markdown_numbers(["system", *[m.title for m in block]], rows))
         if len(self.systems) > 1:
             parts += ["### Paired differences", self._tests_text()]
         parts += ["### By phone class", *self._class_tables(), "### Definitions"]
@@ -88,7 +89,7 @@ class Comparison:
                     span = _interval(Estimate(d.value, d.low, d.high))
                     rows.append([m.title, f"{b} less {a}", span, f"{d.p:.4f}", f"{p:.4f}"])
         head = ["metric", "systems", "difference", "p (permutation)", "p (Holm)"]
-        return markdown_table(head, rows)
+        return markdown_numbers(head, rows)
 
     def _class_tables(self) -> list[str]:
         tables = []
@@ -96,7 +97,7 @@ class Comparison:
             if any(name in metrics for metrics in next(iter(self.classes.values())).values()):
                 rows = [[s, *[number(pooled(by[c][name])) if c in by else number(float("nan")) for c in CLASSES]]
                         for s, by in self.classes.items()]
-                tables.append(markdown_table([in_unit(title, self.unit), *CLASSES], rows))
+                tables.append(markdown_numbers([in_unit(title, self.unit), *CLASSES], rows))
         return tables
 
     def table(self) -> str:

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dnnvss.phones import BILABIALS
 from dnnvss.timing import FrameClock, Tier
 
-BILABIALS = ("P", "B", "M")
-LABIODENTALS = ("F", "V")
 MARGIN = 0.04
 """Seconds by which a phone is widened on both sides before it is searched: alignments are not better than that."""
 TALKER_SHARE = 0.95

@@ -6,13 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from dnnvss.evaluation.lips import BILABIALS, LABIODENTALS, TALKER_SHARE, lip_events, talker_level
+from dnnvss.evaluation.lips import TALKER_SHARE, lip_events, talker_level
 from dnnvss.evaluation.metrics import centred_rmse, correlation, global_variance_ratio, mean_known, rmse
 from dnnvss.evaluation.movement import CUTOFF, dtw, high_power, jerk, lag, landmark_error, speed
 from dnnvss.face.base import APERTURE, LOWER_LIP, WIDTH, Face, Gauge
+from dnnvss.phones import BILABIALS, LABIODENTALS, SILENCES
 from dnnvss.timing import FrameClock, Tier
 
-SILENCES = ("sil", "sp")
 STILL_MARGIN = 0.1
 """Seconds of silence beside speech that do not count as silence: the mouth opens and closes there."""
 POINTS = "points"

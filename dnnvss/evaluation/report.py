@@ -8,6 +8,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.metrics import METRICS, mean_known
+from dnnvss.formats.tables import aligned, markdown_numbers
 
 REGIONS = ("speech", "all")
 """``speech``: from the start of the first phone to the end of the last; ``all``: every frame. Invalid frames never
@@ -148,10 +149,10 @@ class Report:
     def markdown(self) -> str:
         """Return the tables in Markdown: averages over the first coefficients, then each of these over speech."""
         head = ["system", *[f"{TITLES[m]}, {r}" for r in REGIONS for m in METRICS]]
-        parts = [self._caption(), markdown_table(head, self._rows()), self._coefficient_caption()]
+        parts = [self._caption(), markdown_numbers(head, self._rows()), self._coefficient_caption()]
         for metric in ("correlation", "rmse", "gv_ratio"):
             rows = [[s, *cells] for s, cells in self._by_coefficient(metric).items()]
-            parts.append(markdown_table([TITLES[metric], *self.columns[: self.first]], rows))
+            parts.append(markdown_numbers([TITLES[metric], *self.columns[: self.first]], rows))
         return "\n\n".join(parts)
 
     def table(self) -> str:
@@ -194,17 +195,3 @@ def number(value: float) -> str:
 
 def _mean_and_spread(mean: float, spread: float) -> str:
     return number(mean) if np.isnan(spread) else f"{number(mean)} ({number(spread)})"
-
-
-def markdown_table(head: list[str], rows: list[list[str]]) -> str:
-    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
-
-
-def aligned(head: list[str], rows: list[list[str]]) -> str:
-    widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
-    lines = []
-    for row in [head, ["-" * w for w in widths], *rows]:
-        cells = [c.rjust(w) for c, w in zip(row, widths, strict=True)]
-        lines.append("  ".join([row[0].ljust(widths[0]), *cells[1:]]))
-    return "\n".join(lines)

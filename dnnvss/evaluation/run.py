@@ -12,9 +12,10 @@ from dnnvss.evaluation import Report, evaluate
 from dnnvss.evaluation.calibration import calibration, plot_calibration
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
-from dnnvss.evaluation.report import aligned, markdown_table, number
+from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.face.base import Face
+from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
 from dnnvss.style import Style
@@ -74,7 +75,7 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     head, rows = _lively_rows(lively)
     print(f"\n{aligned(head, rows)}")
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
-    pages = [title, *notes[1:], report.markdown(), "## Lips, liveliness and stillness", markdown_table(head, rows),
+    pages = [title, *notes[1:], report.markdown(), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
              about, *_unseen_words(folder, task, examples, predicted, references, masks), corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     _figures(folder, task, test[0], {name: p[test[0].id] for name, p in predicted.items()})

@@ -1,6 +1,6 @@
 """Feature tables as Markdown: one configuration, or the whole page ``docs/features.md``."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from dnnvss import files
 from dnnvss.features.block import Settings
 from dnnvss.features.catalogue import catalogue
 from dnnvss.features.table import FeatureTable
+from dnnvss.formats.tables import markdown_table
 from dnnvss.phones import ANSWERS, PHONES, QUESTIONS
 from dnnvss.timing import FrameClock
 
@@ -63,7 +64,7 @@ def table_page(name: str, table: FeatureTable, clock: FrameClock) -> str:
     if table.uses_visemes:
         facts += f" Dynamic visemes: {s.units}."
     return "\n".join([f"## {name}", "", facts, "",
-                      *_markdown(("", "block", "level", "kind", "width", "slice", "source"), rows)]) + "\n"
+                      markdown_table(("", "block", "level", "kind", "width", "slice", "source"), rows)]) + "\n"
 
 
 def features_page(tables: Mapping[str, FeatureTable]) -> str:
@@ -76,23 +77,18 @@ def features_page(tables: Mapping[str, FeatureTable]) -> str:
     return "\n".join([
         _INTRODUCTION,
         "## Blocks", "", "Widths are those of 16 frames of window on each side and 160 dynamic visemes.", "",
-        *_markdown(("block", "level", "kind", "width", "columns", "source"), blocks), "",
+        markdown_table(("block", "level", "kind", "width", "columns", "source"), blocks), "",
         "## Configurations", "",
         "`labels=NAME` of `train.py`. `ph_a` to `ph_e` are the systems of Thangthai 2016, Table 2.", "",
-        *_markdown(("block", *names), [*used, *sums]), "",
+        markdown_table(("block", *names), [*used, *sums]), "",
         "## The 57 questions", "",
         "The paper takes 57 questions from the HTS toolkit and does not print them. This list is ours: it asks first",
         "for what is seen. Every two questions and every two phones differ. The weight is a question's share in the",
         "distance between phones by which a phone that the talker never spoke is replaced.", "",
-        *_markdown(("", "name", "question", "weight", "phones that answer yes"), _questions()),
+        markdown_table(("", "name", "question", "weight", "phones that answer yes"), _questions()),
     ]) + "\n"  # fmt: skip
 
 
 def _questions() -> list[tuple]:
     return [(n + 1, f"`{q.name}`", q.asks, f"{q.weight:g}", " ".join(PHONES[p] for p in np.flatnonzero(ANSWERS[:, n])))
             for n, q in enumerate(QUESTIONS)]
-
-
-def _markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
-    lines = [head, ["---"] * len(head), *rows]
-    return ["| " + " | ".join(str(cell) for cell in line) + " |" for line in lines]

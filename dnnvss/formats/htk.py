@@ -6,6 +6,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import phone_of, phone_tier, word_of
+from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
 
 UNIT = 10_000_000
@@ -120,7 +121,7 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
 
 def _words(begins: list[tuple[float, str]], phones: Tier) -> Tier:
     """Return the words that begin at given times and end where the next word or a pause begins."""
-    pauses = [(s.start, "") for s in phones if s.label in ("sil", "sp")]
+    pauses = [(s.start, "") for s in phones if s.label in SILENCES]
     rows = sorted(dict([*pauses, *begins]).items())
     if rows[0][0] > phones.start:
         rows.insert(0, (phones.start, ""))

@@ -85,3 +85,9 @@ ARTICULATION: dict[str, Articulation] = {
     "sil": _consonant("silence", "", False, 0.0),
     "sp": _consonant("silence", "short", False, 0.0),
 }
+
+BILABIALS = tuple(phone for phone, made in ARTICULATION.items() if made.place == "bilabial")
+"""P, B and M: the lips close."""
+
+LABIODENTALS = tuple(phone for phone, made in ARTICULATION.items() if made.place == "labiodental")
+"""F and V: the lower lip touches the upper teeth."""

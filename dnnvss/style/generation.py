@@ -14,9 +14,8 @@ from dnnvss.curves.variance import articulate, dial
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import APERTURE, LOWER_LIP, Face, Gauge
+from dnnvss.phones import BILABIALS, LABIODENTALS
 from dnnvss.style.rules import (
-    BILABIALS,
-    LABIODENTALS,
     PhoneRule,
     closure,
     level,

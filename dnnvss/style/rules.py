@@ -10,11 +10,8 @@ from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.curves.equations import precision_of
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Gauge
+from dnnvss.phones import BILABIALS, LABIODENTALS, SILENCES
 from dnnvss.timing import FrameClock, Tier
-
-BILABIALS = ("P", "B", "M")
-LABIODENTALS = ("F", "V")
-SILENCES = ("sil", "sp")
 
 
 @dataclass(frozen=True)

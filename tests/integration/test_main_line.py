@@ -26,9 +26,10 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.videos import write_side_by_side
 from dnnvss.formats import read_alignment
 from dnnvss.media import read_audio, read_video, video_info
+from dnnvss.phones import BILABIALS
 from dnnvss.runs.run import Run
 from dnnvss.style import read_keys, write_keys
-from dnnvss.style.rules import BILABIALS, phone_frames
+from dnnvss.style.rules import phone_frames
 from dnnvss.synthesis.speak import replace_unseen, synthesise
 from dnnvss.timing import Alignment, FrameClock, Tier
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dnnvss.errors import DnnvssError
-from dnnvss.phones import ANSWERS, ARTICULATION, PHONES, QUESTIONS, SPOKEN, nearest
+from dnnvss.phones import ANSWERS, ARTICULATION, BILABIALS, LABIODENTALS, PHONES, QUESTIONS, SPOKEN, nearest
 
 NAMES = [q.name for q in QUESTIONS]
 
@@ -114,3 +114,8 @@ def test_nearest_refuses() -> None:
         nearest("AA", [])
     with pytest.raises(DnnvssError, match="unknown phone 'QQ'"):
         nearest("AA", ["QQ"])
+
+
+def test_lips_close_on_three_phones_and_meet_the_teeth_on_two() -> None:
+    assert BILABIALS == ("P", "B", "M")
+    assert LABIODENTALS == ("F", "V")
