@@ -6,7 +6,8 @@ import numpy as np
 import yaml
 
 from dnnvss.features import CodeStore, FeatureTable
-from dnnvss.features.fields import COUNTS, NOWHERE, POSITIONS, fields
+from dnnvss.features.sources import array_fields
+from dnnvss.features.sources.tree import COUNTS, NOWHERE, POSITIONS
 from dnnvss.phones import SILENCE, SPOKEN, phone_id
 
 UTTERANCE = 2000
@@ -31,7 +32,8 @@ def synthetic_store(table: FeatureTable, frames: int, seed: int = 0) -> CodeStor
     for name in ("phone", "viseme"):
         arrays[name] = arrays[f"{name}_code"][arrays[f"{name}_segment"]]
     arrays |= _context(arrays, rng)
-    typed = {name: np.ascontiguousarray(arrays[name], dtype=field.dtype) for name, field in fields(True).items()}
+    typed = {name: np.ascontiguousarray(arrays[name], dtype=field.dtype)
+             for name, field in array_fields(("phones", "visemes"), table.settings).items()}
     return CodeStore(table, typed, "100", ids=tuple(f"u{i}" for i in range(count)))
 
 

@@ -1,6 +1,6 @@
 """Print feature tables as Markdown.
 
-``python -m dnnvss.features conf/labels/ph.yaml`` prints the table of a configuration: its blocks with level, width,
+``python -m dnnvss features conf/labels/ph.yaml`` prints the table of a configuration: its blocks with level, width,
 slice and source. Without a file it prints the whole page on features, ``docs/features.md``, from all configurations.
 """
 
@@ -15,7 +15,7 @@ from dnnvss.timing import FrameClock
 
 def main(arguments: list[str] | None = None) -> int:
     """Print what the arguments ask for and return 0, or an error and 1."""
-    parser = argparse.ArgumentParser(prog="python -m dnnvss.features", description=__doc__,
+    parser = argparse.ArgumentParser(prog="python -m dnnvss features", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*", help="files of conf/labels")
     parser.add_argument("--rate", default="100", help="frames a second, to state windows in milliseconds")

@@ -59,7 +59,7 @@ def train(config: DictConfig) -> float:
 
     with joblib.parallel_config(backend="loky", n_jobs=config.jobs):
         encoded = encode_with_aam(corpus, config)
-    plan = UnitPlan.from_config(config.visemes) if task.table.uses_visemes else None
+    plan = UnitPlan.from_config(config.visemes) if "visemes" in task.table.sources else None
     units = corpus_units(corpus, encoded, config.corpus.split, task.clock, plan) if plan else None
     visemes = units.tiers(plan, encoded.splits["train"]) if plan and units else None
     examples = split_examples(task, corpus, encoded, config.corpus.split, visemes, scratch=folder)

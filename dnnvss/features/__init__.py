@@ -3,10 +3,12 @@
 from dnnvss.features.block import Block, Settings
 from dnnvss.features.catalogue import catalogue
 from dnnvss.features.codes import FrameCodes, expand
-from dnnvss.features.encode import encode
+from dnnvss.features.encode import encode, encode_recording
+from dnnvss.features.recording import Recording
 from dnnvss.features.scaling import NumericScaler
+from dnnvss.features.sources import SOURCES, FeatureSource, PhoneSegments, phones_of
 from dnnvss.features.store import CodeStore
 from dnnvss.features.table import FeatureTable
 
-__all__ = ["Block", "CodeStore", "FeatureTable", "FrameCodes", "NumericScaler", "Settings", "catalogue", "encode",
-           "expand"]
+__all__ = ["SOURCES", "Block", "CodeStore", "FeatureSource", "FeatureTable", "FrameCodes", "NumericScaler",
+           "PhoneSegments", "Recording", "Settings", "catalogue", "encode", "encode_recording", "expand", "phones_of"]

@@ -3,20 +3,17 @@
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from dnnvss.errors import DnnvssError
-
-if TYPE_CHECKING:
-    from dnnvss.features.codes import View
+from dnnvss.settings import check_settings, setting
 
 LEVELS = ("frame", "segment", "syllable", "word", "phrase", "utterance")
-FAMILIES = ("ph", "dv", "both")
+KINDS = ("binary", "numeric")
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the width of some blocks depends on.
+    """What the columns of some blocks depend on.
 
     Args:
         window_before, window_after: frames of the window context on each side (160 ms each at 100 frames a second).
@@ -26,15 +23,12 @@ class Settings:
         DnnvssError: a window that is negative, or fewer than one unit.
     """
 
-    window_before: int = 16
-    window_after: int = 16
-    units: int = 160
+    window_before: int = setting(16, least=0, doc="frames of the window context before the current one")
+    window_after: int = setting(16, least=0, doc="frames of the window context after the current one")
+    units: int = setting(160, least=1, doc="number of dynamic visemes")
 
     def __post_init__(self) -> None:
-        for name in ("window_before", "window_after", "units"):
-            value, least = getattr(self, name), 1 if name == "units" else 0
-            if not isinstance(value, int) or isinstance(value, bool) or value < least:
-                raise DnnvssError(f"labels: {name} is {value!r}", remedy=f"Give a whole number of at least {least}")
+        check_settings(self, "labels")
 
     @property
     def offsets(self) -> tuple[int, ...]:
@@ -49,28 +43,31 @@ class Block:
     Args:
         name: how YAML selects it.
         level: where its information comes from, one of :data:`LEVELS`.
-        family: the unit that it describes: ``ph``, ``dv`` or ``both``.
+        reads: names of the feature sources whose arrays it looks at.
         kind: ``binary`` (0 or 1, expanded from integer codes) or ``numeric``.
-        source: paper, table and row, or ``ours``.
+        unit: what the number in a column counts or measures; ``0 or 1`` in a binary block.
+        paper: title, table and row, or ``ours``.
         meaning: what the columns hold, for the documentation; part of the digest.
         columns: their names, unique in the block.
         slots: how many of a binary block's columns are 1 at most; a numeric block has as many slots as columns.
-        fill: of binary blocks ``fill(view, start, pad)`` gives the columns (B, slots) that are 1, counted from
-            ``start``, and ``pad`` where there is none; of numeric blocks ``fill(view, 0, 0)`` the values (B, slots).
+        fill: takes a :class:`~dnnvss.features.view.View`, and of binary blocks ``fill(view, start, pad)`` gives the
+            columns (B, slots) that are 1, counted from ``start``, and ``pad`` where there is none; of numeric blocks
+            ``fill(view, 0, 0)`` gives the values (B, slots).
     """
 
     name: str
     level: str
-    family: str
+    reads: tuple[str, ...]
     kind: str
-    source: str
+    unit: str
+    paper: str
     meaning: str
     columns: tuple[str, ...]
     slots: int
-    fill: Callable[["View", int, int], Any]
+    fill: Callable[[Any, int, int], Any]
 
     def __post_init__(self) -> None:
-        assert self.level in LEVELS and self.family in FAMILIES and self.kind in ("binary", "numeric"), self.name
+        assert self.level in LEVELS and self.kind in KINDS and self.reads, self.name
         assert len(set(self.columns)) == len(self.columns) and self.slots > 0, self.name
 
     @property
@@ -85,6 +82,28 @@ class Block:
         return hashlib.sha256(parts.encode()).hexdigest()[:12]
 
     def describe(self) -> dict[str, Any]:
-        """Return plain containers."""
-        return {"name": self.name, "level": self.level, "family": self.family, "kind": self.kind, "width": self.width,
-                "source": self.source, "digest": self.digest}
+        """Plain containers."""
+        return {"name": self.name, "level": self.level, "reads": list(self.reads), "kind": self.kind,
+                "width": self.width, "paper": self.paper, "digest": self.digest}
+
+
+def binary(name: str, level: str, reads: tuple[str, ...], paper: str, meaning: str, columns: tuple[str, ...],
+           slots: int, fill: Callable[[Any, int, int], Any]) -> Block:
+    """A block of columns that are 0 or 1."""
+    return Block(name, level, reads, "binary", "0 or 1", paper, meaning, columns, slots, fill)
+
+
+def numeric(name: str, level: str, reads: tuple[str, ...], unit: str, paper: str, meaning: str,
+            columns: tuple[str, ...], fill: Callable[[Any, int, int], Any]) -> Block:
+    """A block of numbers."""
+    return Block(name, level, reads, "numeric", unit, paper, meaning, columns, max(len(columns), 1), fill)
+
+
+def at_offsets(offsets: tuple[int, ...], names: tuple[str, ...]) -> tuple[str, ...]:
+    """The names of columns that repeat at each offset: ``+2:AA``."""
+    return tuple(f"{offset:+d}:{name}" for offset in offsets for name in names)
+
+
+def table_1(row: str) -> str:
+    """The paper behind a block of Thangthai 2016."""
+    return f"Thangthai 2016, Table 1, {row}"

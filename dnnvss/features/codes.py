@@ -1,11 +1,14 @@
-"""Frame codes: utterances as small integers, served as active columns and numbers for any frames."""
+"""Frame codes: utterances as small arrays, served as active columns and numbers for any frames."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.features.sources import SOURCES
 from dnnvss.features.table import FeatureTable
 from dnnvss.features.view import View, library
 
@@ -19,28 +22,35 @@ class FrameCodes:
 
     Args:
         table: which columns are asked for; :meth:`with_table` asks the same arrays for others.
-        arrays: as declared in :mod:`dnnvss.features.fields`.
+        arrays: as the feature sources declare them; only a source finds its own by name.
         rate: frames a second, as text.
+        keys: what the numbers of a source depend on, by its name; nothing where they are codes.
     """
 
     table: FeatureTable
     arrays: dict[str, Any]
     rate: str = "100"
+    keys: Mapping[str, str] = field(default_factory=dict)
     _constants: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def __len__(self) -> int:
         """The number of frames T."""
-        return len(self.arrays["phone"])
+        return self._count
+
+    @cached_property
+    def _count(self) -> int:
+        return int(self.arrays["utterance_start"][-1]) + int(self.arrays["utterance_frames"][-1])
 
     @property
     def utterances(self) -> int:
         """The number of utterances."""
         return len(self.arrays["utterance_start"])
 
-    @property
-    def has_visemes(self) -> bool:
-        """Whether dynamic visemes are among the arrays."""
-        return "viseme" in self.arrays
+    @cached_property
+    def sources(self) -> tuple[str, ...]:
+        """The feature sources whose arrays are here."""
+        return tuple(name for name, source in SOURCES.items()
+                     if all(array in self.arrays for array in source.fields(self.table.settings)))
 
     def active(self, frames: Any) -> Any:
         """Return the binary columns that are 1, int32 (B, A), in table order with gaps.
@@ -77,23 +87,43 @@ class FrameCodes:
 
     @property
     def _on(self) -> dict[str, Any]:
-        phone = self.arrays["phone"]
-        return {} if isinstance(phone, np.ndarray) else {"device": phone.device}
+        start = self.arrays["utterance_start"]
+        return {} if isinstance(start, np.ndarray) else {"device": start.device}
 
     def _view(self, frames: Any) -> View:
-        if isinstance(self.arrays["phone"], np.ndarray):
+        start = self.arrays["utterance_start"]
+        if isinstance(start, np.ndarray):
             return View(self.arrays, np.asarray(frames, dtype=np.int64), self._constants)
-        torch = library(self.arrays["phone"])
+        torch = library(start)
         return View(self.arrays, torch.as_tensor(frames, dtype=torch.int64, **self._on), self._constants)
 
     def with_table(self, table: FeatureTable) -> Self:
-        """Return the same arrays, asked for other columns.
+        """The same arrays, asked for other columns.
 
         Raises:
-            DnnvssError: the table needs dynamic visemes and there are none, or there are more than it has columns for.
+            DnnvssError: a source that the table reads is not among them, or they cannot serve its columns.
         """
-        check_units(table, self.arrays)
-        return replace(self, table=table, _constants={})
+        made = replace(self, table=table, _constants={})
+        made.check()
+        return made
+
+    def check(self) -> None:
+        """Hold the arrays to what the table asks for.
+
+        Raises:
+            DnnvssError: a source that the table reads is not among them, or they cannot serve its columns.
+        """
+        table, settings = self.table, self.table.settings
+        for name in table.sources:
+            source = SOURCES[name]
+            if name not in self.sources:
+                first = next(block.name for block in table.blocks if name in block.reads)
+                raise DnnvssError(f"feature block {first!r} {source.absent[0]}", remedy=source.absent[1])
+            if self.keys.get(name, "") != source.key(settings):
+                raise DnnvssError(f"{table.title}: its {name} were worked out with other settings "
+                                  f"({self.keys.get(name)}, not {source.key(settings)})",
+                                  remedy="Encode the recordings again")
+            source.check(settings, self.arrays)
 
     def to(self, device: Any) -> Self:
         """Return the codes with their arrays as tensors on a device (``"cpu"``, ``"cuda"``)."""
@@ -105,24 +135,6 @@ class FrameCodes:
             return torch.as_tensor(array, device=device)
 
         return replace(self, arrays={name: tensor(a) for name, a in self.arrays.items()}, _constants={})
-
-
-def check_units(table: FeatureTable, arrays: dict[str, Any]) -> None:
-    """Return quietly if the arrays hold what the table asks for.
-
-    Raises:
-        DnnvssError: dynamic visemes are missing, or their numbers are too high.
-    """
-    if not table.uses_visemes:
-        return
-    first = next(block.name for block in table.blocks if block.family == "dv")
-    if "viseme" not in arrays:
-        raise DnnvssError(f"feature block {first!r} needs dynamic visemes, and there are none",
-                          remedy="Encode alignments with a tier 'visemes', or choose labels without dynamic visemes")
-    highest = int(arrays["viseme_code"].max())
-    if highest >= table.settings.units:
-        raise DnnvssError(f"dynamic viseme {highest} is outside the table's {table.settings.units} units",
-                          remedy=f"Set labels.units to at least {highest + 1}")
 
 
 def expand(codes: FrameCodes, frames: Any = None) -> np.ndarray:

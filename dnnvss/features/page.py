@@ -19,10 +19,10 @@ _REMEDY = "Give a file of conf/labels, such as conf/labels/ph.yaml"
 
 _INTRODUCTION = """# Features
 
-This page is written by `python -m dnnvss.features > docs/features.md`; a test compares it with the code.
+This page is written by `python -m dnnvss features > docs/features.md`; a test compares it with the code.
 
 A feature table is a list of blocks, chosen by name in `conf/labels/*.yaml`. Widths, slices, column names and the
-hash that a checkpoint carries derive from the blocks. `python -m dnnvss.features conf/labels/ph.yaml` prints one
+hash that a checkpoint carries derive from the blocks. `python -m dnnvss features conf/labels/ph.yaml` prints one
 table with its slices.
 
 What the paper leaves open, and what we chose:
@@ -56,12 +56,12 @@ def table_page(name: str, table: FeatureTable, clock: FrameClock) -> str:
     """Return one feature table as Markdown, each block with its level, width, slice and source."""
     s = table.settings
     before, after = (f"{n} frames ({1000 * clock.seconds(n):g} ms)" for n in (s.window_before, s.window_after))
-    rows = [(str(n), f"`{b.name}`", b.level, b.kind, b.width, f"{at.start}:{at.stop}", b.source)
+    rows = [(str(n), f"`{b.name}`", b.level, b.kind, b.width, f"{at.start}:{at.stop}", b.paper)
             for n, (b, at) in enumerate(zip(table.blocks, table.slices.values(), strict=True), 1)]
     facts = (f"{table.width} columns: {table.binary_width} binary, of which at most {table.active_width} are 1 in a "
              f"frame, and {table.numeric_width} numeric. Hash `{table.hash}`.\n"
              f"Window: {before} before and {after} after, at {clock} frames a second.")
-    if table.uses_visemes:
+    if "visemes" in table.sources:
         facts += f" Dynamic visemes: {s.units}."
     return "\n".join([f"## {name}", "", facts, "",
                       markdown_table(("", "block", "level", "kind", "width", "slice", "source"), rows)]) + "\n"
@@ -70,7 +70,7 @@ def table_page(name: str, table: FeatureTable, clock: FrameClock) -> str:
 def features_page(tables: Mapping[str, FeatureTable]) -> str:
     """Return the page of all blocks, of the tables that the configurations make of them, and of the questions."""
     known = catalogue(Settings())
-    blocks = [(f"`{b.name}`", b.level, b.kind, b.width, b.meaning, b.source) for b in known.values()]
+    blocks = [(f"`{b.name}`", b.level, b.kind, b.width, b.meaning, b.paper) for b in known.values()]
     names = list(tables)
     used = [(f"`{block}`", *("x" if block in tables[n].names else "" for n in names)) for block in known]
     sums = [("columns", *(tables[n].width for n in names)), ("1 at most", *(tables[n].active_width for n in names))]

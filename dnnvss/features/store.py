@@ -11,7 +11,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.features.codes import FrameCodes
-from dnnvss.features.fields import fields
+from dnnvss.features.sources import array_fields
 from dnnvss.features.table import FeatureTable
 
 _INDEX = "codes.json"
@@ -43,17 +43,20 @@ class CodeStore(FrameCodes):
         if not parts or len(set(ids)) != len(ids):
             raise DnnvssError("a code store needs at least one utterance, each once",
                               remedy="Check the list of utterances")
-        table, rate = parts[0].table, parts[0].rate
+        table, rate, keys = parts[0].table, parts[0].rate, parts[0].keys
         for name, part in pairs:
-            if part.table != table or part.rate != rate:
+            if part.table != table or part.rate != rate or part.keys != keys:
                 raise DnnvssError("codes of different feature tables or frame rates cannot be joined", utterance=name,
                                   remedy="Encode all utterances with one configuration")
-        rows = {"frame": _starts(parts, "phone"), "phone": _starts(parts, "phone_code"),
-                "utterance": _starts(parts, "utterance_start"),
-                "viseme": _starts(parts, "viseme_code") if parts[0].has_visemes else None}
-        arrays = {name: _joined([p.arrays[name] for p in parts], rows.get(field.points_to))
-                  for name, field in fields(parts[0].has_visemes).items()}
-        return cls(table, arrays, rate, ids=ids)
+        shared = [name for name in parts[0].sources if all(name in part.sources for part in parts)]
+        declared = array_fields(shared, table.settings)
+        first = {"frame": _starts([len(p) for p in parts])}
+        for name, field in declared.items():
+            if field.axis not in first:
+                first[field.axis] = _starts([len(p.arrays[name]) for p in parts])
+        arrays = {name: _joined([p.arrays[name] for p in parts], first.get(field.points_to))
+                  for name, field in declared.items()}
+        return cls(table, arrays, rate, keys, ids=ids)
 
     @cached_property
     def offsets(self) -> np.ndarray:
@@ -83,6 +86,7 @@ class CodeStore(FrameCodes):
             with files.replacing(folder / f"{name}.npy") as temporary:
                 np.save(temporary, array)
         files.write_json(folder / _INDEX, {"rate": self.rate, "ids": self.ids, "table": self.table.describe(),
+                                           "keys": dict(self.keys),
                                            "rows": {name: len(a) for name, a in self.arrays.items()}})
         return folder
 
@@ -107,13 +111,14 @@ class CodeStore(FrameCodes):
                 raise DnnvssError(f"has {len(arrays[name])} rows, not {rows}", file=path, remedy=_REMEDY)
         # A plain view of the map: the subclass np.memmap makes each small index slower.
         arrays = {name: np.asarray(a) for name, a in arrays.items()}
-        store = cls(FeatureTable.from_description(index["table"]), arrays, index["rate"], ids=tuple(index["ids"]))
+        store = cls(FeatureTable.from_description(index["table"]), arrays, index["rate"], index.get("keys", {}),
+                    ids=tuple(index["ids"]))
         return store if table is None else store.with_table(table)
 
 
-def _starts(parts: Sequence[FrameCodes], name: str) -> np.ndarray:
-    """Return the row (U,) at which each part begins once an array is joined."""
-    return np.cumsum([0, *(len(p.arrays[name]) for p in parts[:-1])])
+def _starts(rows: Sequence[int]) -> np.ndarray:
+    """The row (U,) at which each part begins once an array is joined."""
+    return np.cumsum([0, *rows[:-1]])
 
 
 def _joined(arrays: list[np.ndarray], shifts: Any) -> np.ndarray:

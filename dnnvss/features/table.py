@@ -12,6 +12,8 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.features.block import Block, Settings
 from dnnvss.features.catalogue import catalogue
+from dnnvss.features.sources import SOURCES
+from dnnvss.settings import read_settings, unknown_setting
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,8 @@ class FeatureTable:
 
     Args:
         names: the blocks, in order.
-        settings: window and number of dynamic visemes.
+        settings: what the columns of some blocks depend on.
+        title: how messages name the table, such as ``labels=ph``.
 
     Raises:
         DnnvssError: no block, one that does not exist, or one twice.
@@ -31,6 +34,7 @@ class FeatureTable:
 
     names: tuple[str, ...]
     settings: Settings = field(default_factory=Settings)
+    title: str = field(default="the feature table", compare=False)
 
     def __post_init__(self) -> None:
         known = catalogue(self.settings)
@@ -43,20 +47,22 @@ class FeatureTable:
 
     @classmethod
     def from_config(cls, config: Mapping[str, Any]) -> "FeatureTable":
-        """Return the table of a ``conf/labels`` file.
+        """The table of a ``conf/labels`` file.
 
-        Its keys are ``blocks`` (a list of names), the fields of :class:`Settings`, and ``name``, which has no effect.
+        Its keys are ``blocks`` (a list of names), the fields of :class:`Settings`, and ``name``, by which messages call
+        it.
 
         Raises:
             DnnvssError: an unknown key, a missing list of blocks, or what the table or its settings refuse.
         """
-        allowed = {"name", "blocks", *Settings.__dataclass_fields__}
-        unknown = [str(key) for key in config if key not in allowed]
-        if unknown or not config.get("blocks"):
-            problem = f"does not know {unknown[0]!r}" if unknown else "has no list of blocks"
-            raise DnnvssError(f"labels: the configuration {problem}", remedy=f"Use the keys {sorted(allowed)}")
-        settings = Settings(**{key: config[key] for key in Settings.__dataclass_fields__ if key in config})
-        return cls(tuple(str(name) for name in config["blocks"]), settings)
+        allowed = ["name", "blocks", *Settings.__dataclass_fields__]
+        if unknown := [str(key) for key in config if key not in allowed]:
+            raise unknown_setting(f"labels.{unknown[0]}", [f"labels.{key}" for key in allowed])
+        if not config.get("blocks"):
+            raise DnnvssError("labels: the configuration has no list of blocks", remedy="Name some under blocks:")
+        given = {key: value for key, value in config.items() if key not in ("name", "blocks")}
+        title = f"labels={config['name']}" if config.get("name") else cls.title
+        return cls(tuple(str(name) for name in config["blocks"]), read_settings(Settings, given, "labels"), title)
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -117,10 +123,16 @@ class FeatureTable:
         kinds = np.repeat([b.kind == kind for b in self.blocks], [b.width for b in self.blocks])
         return np.flatnonzero(kinds)
 
-    @property
-    def uses_visemes(self) -> bool:
-        """Whether a block needs the tier ``visemes``."""
-        return any(b.family == "dv" for b in self.blocks)
+    @cached_property
+    def sources(self) -> tuple[str, ...]:
+        """The feature sources that some block reads, in the order of :data:`~dnnvss.features.sources.SOURCES`."""
+        read = {name for block in self.blocks for name in block.reads}
+        return tuple(name for name in SOURCES if name in read)
+
+    @cached_property
+    def needs(self) -> frozenset[str]:
+        """What a recording must hold: some of ``phones``, ``words``, ``visemes`` and ``sound``."""
+        return frozenset[str]().union(*(SOURCES[name].needs for name in self.sources))
 
     @cached_property
     def hash(self) -> str:
@@ -139,7 +151,8 @@ class FeatureTable:
         Raises:
             DnnvssError: this version of the program means something else by one of the blocks.
         """
-        table = cls(tuple(b["name"] for b in description["blocks"]), Settings(**description["settings"]))
+        settings = read_settings(Settings, description["settings"], "labels")
+        table = cls(tuple(b["name"] for b in description["blocks"]), settings)
         table.check(description)
         return table
 

@@ -1,6 +1,5 @@
-"""What the fills read: a batch of frames and the label arrays, NumPy or torch, by indexing and arithmetic alone."""
+"""What blocks read: a batch of frames and the arrays of sources, NumPy or torch, by indexing and arithmetic alone."""
 
-import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,76 +19,22 @@ def library(array: Any) -> ModuleType:
 
 
 @dataclass(frozen=True)
-class Track:
-    """One tier at a batch of frames; every array has the shape (B,) and is int64 unless it says otherwise.
-
-    Args:
-        view: the batch that it belongs to.
-        name: ``phone`` or ``viseme``.
-    """
-
-    view: "View"
-    name: str
-
-    def of_segment(self, name: str) -> Any:
-        """Return the rows of an array that belong to the segments, int64 (B, ...); gathered once a batch."""
-        if name not in self.view.gathered:
-            self.view.gathered[name] = self.view.wide(name, self.segment)
-        return self.view.gathered[name]
-
-    @cached_property
-    def segment(self) -> Any:
-        """Index of the segment that owns the frame."""
-        return self.view.wide(f"{self.name}_segment", self.view.frames)
-
-    @cached_property
-    def code(self) -> Any:
-        """Unit code of the frame."""
-        return self.view.wide(self.name, self.view.frames)
-
-    @cached_property
-    def elapsed(self) -> Any:
-        """Frames of the segment that came before this one."""
-        return self.view.frames - self.of_segment(f"{self.name}_start")
-
-    @cached_property
-    def frames(self) -> Any:
-        """Frames of the segment."""
-        return self.of_segment(f"{self.name}_frames")
-
-    @cached_property
-    def utterance(self) -> Any:
-        """Index of the utterance."""
-        return self.of_segment(f"{self.name}_utterance")
-
-    @cached_property
-    def segment_bounds(self) -> tuple[Any, Any]:
-        """First segment of the utterance, and the one after its last."""
-        start = self.view.wide(f"utterance_{self.name}_start", self.utterance)
-        return start, start + self.view.wide(f"utterance_{self.name}s", self.utterance)
-
-    @cached_property
-    def frame_bounds(self) -> tuple[Any, Any]:
-        """First frame of the utterance, and the one after its last."""
-        start = self.view.wide("utterance_start", self.utterance)
-        return start, start + self.view.wide("utterance_frames", self.utterance)
-
-
-@dataclass(frozen=True)
 class View:
-    """A batch of frames of the arrays declared in :mod:`dnnvss.features.fields`.
+    """A batch of frames of the arrays that feature sources declare.
 
     Args:
         arrays: by name, NumPy arrays or tensors of one device.
         frames: (B,) int64 indices of frames.
         constants: a memory of small arrays that belong to the device, kept between batches.
-        gathered: a memory of this batch.
+        gathered: a memory of this batch: rows of arrays by name.
+        tracks: a memory of this batch: what sources derive from it, by name.
     """
 
     arrays: Mapping[str, Any]
     frames: Any
     constants: dict[Any, Any] = field(default_factory=dict)
     gathered: dict[str, Any] = field(default_factory=dict)
+    tracks: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
     def xp(self) -> ModuleType:
@@ -97,21 +42,17 @@ class View:
         return library(self.frames)
 
     @cached_property
-    def phone(self) -> Track:
-        """The tier of phones."""
-        return self._tier("phone")
+    def utterance(self) -> Any:
+        """Index (B,) of the utterance that each frame belongs to."""
+        starts = self.arrays["utterance_start"]
+        if self.xp is np:
+            return np.searchsorted(starts, self.frames, side="right") - 1
+        return self.xp.searchsorted(starts, self.frames.to(starts.dtype), right=True) - 1
 
-    @cached_property
-    def viseme(self) -> Track:
-        """The tier of dynamic visemes."""
-        return self._tier("viseme")
-
-    def _tier(self, name: str) -> Track:
-        return Track(weakref.proxy(self), name)  # no circle: a batch's arrays are gone with its view
-
-    def track(self, name: str) -> Track:
-        """Return the tier ``phone`` or ``viseme``."""
-        return self.phone if name == "phone" else self.viseme
+    def frame_bounds(self, utterance: Any) -> tuple[Any, Any]:
+        """First frame (B,) of each utterance, and the one after its last."""
+        start = self.wide("utterance_start", utterance)
+        return start, start + self.wide("utterance_frames", utterance)
 
     def wide(self, name: str, index: Any) -> Any:
         """Return rows of an array as int64, so that sums of small types do not wrap around."""

@@ -41,7 +41,7 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
     if "settings" in kept["model"]:
         own = {k: v for k, v in kept["model"]["settings"].items() if k not in quiet}
         kept["model"] = {**kept["model"], "settings": own}
-    if not settings.task.table.uses_visemes:
+    if "visemes" not in settings.task.table.sources:
         del kept["visemes"]
     kept["corpus"] = {"fingerprint": fingerprint, "split": settings.split}
     return kept

@@ -88,7 +88,7 @@ class Run:
     @cached_property
     def units(self) -> UnitModel | None:
         """The dynamic visemes of the run and their predictor, None where its labels have none."""
-        return UnitModel.load(self.files.units) if self.task.table.uses_visemes else None
+        return UnitModel.load(self.files.units) if "visemes" in self.task.table.sources else None
 
     def example(self, utterance: Utterance) -> Example:
         """An utterance as the model sees it; where it has no tier ``visemes``, that is predicted from text."""
@@ -154,7 +154,7 @@ def make_model(settings: RunSettings, task: Task) -> VisualModel:
         while cause is not None and not isinstance(cause, DnnvssError):
             cause = cause.__cause__
         raise cause or wrapped from None
-    if task.table.uses_visemes and not model.reads_visemes:
+    if "visemes" in task.table.sources and not model.reads_visemes:
         raise DnnvssError(f"model={name} does not look at the dynamic visemes of labels={settings.labels_name}",
                           remedy="Train it with labels of phones (labels=ph_d), or take a network (model=feedforward)")
     return model

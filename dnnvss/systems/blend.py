@@ -23,7 +23,7 @@ def without_visemes(table: FeatureTable) -> FeatureTable:
     Raises:
         DnnvssError: nothing is left.
     """
-    return FeatureTable(tuple(b.name for b in table.blocks if b.family != "dv"), table.settings)
+    return FeatureTable(tuple(b.name for b in table.blocks if "visemes" not in b.reads), table.settings)
 
 
 class BlendedNetworks(VisualModel):

@@ -10,7 +10,7 @@ import torch
 from scipy.interpolate import make_smoothing_spline
 
 from dnnvss.errors import DnnvssError
-from dnnvss.features import FeatureTable
+from dnnvss.features import FeatureTable, phones_of
 from dnnvss.phones import PHONES
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 from dnnvss.systems.codebook_units import Corpus, neighbours, phone_distances, similarities, stand_ins
@@ -98,9 +98,8 @@ class Codebook(VisualModel):
 
     def choices(self, example: Example) -> list[Choice]:
         """Return the selection report: what each phone that owns a frame is made of."""
-        arrays = example.codes.arrays
-        codes = arrays["phone_code"].astype(np.int64)
-        frames = arrays["phone_frames"].astype(np.int64)
+        phones = phones_of(example.codes)
+        codes, frames = phones.code, phones.frames
         wanted = neighbours(codes, np.zeros(len(codes), dtype=np.int64), self.context)
         own = -1 if self.own or example.id not in self.corpus_.ids else self.corpus_.ids.index(example.id)
         return [self._choice(codes[p], wanted[p], frames[p], own) for p in np.flatnonzero(frames)]
@@ -115,7 +114,7 @@ class Codebook(VisualModel):
 
     def joined(self, example: Example, choices: Sequence[Choice]) -> np.ndarray:
         """Return the static trajectory (T, D) of the choices, warped, averaged and joined, without smoothing."""
-        frames = example.codes.arrays["phone_frames"].astype(np.int64)
+        frames = phones_of(example.codes).frames
         frames = frames[frames > 0]
         most = max(len(choice.entries) for choice in choices)
         entries = np.array([[*c.entries, *[c.entries[0]] * (most - len(c.entries))] for c in choices])

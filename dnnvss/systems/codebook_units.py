@@ -9,6 +9,7 @@ import numpy as np
 import torch
 
 from dnnvss.errors import DnnvssError
+from dnnvss.features import phones_of
 from dnnvss.phones import PHONES, nearest
 from dnnvss.systems.base import Example
 
@@ -51,10 +52,10 @@ class Corpus:
         static = np.concatenate([e.targets[:, 0] for e in examples]).astype(np.float32)  # type: ignore[index]
         bounds = np.cumsum([0, *(len(e.codes) for e in examples)])
         valid = np.concatenate([np.asarray(e.valid) for e in examples])
-        count = [len(e.codes.arrays["phone_code"]) for e in examples]
-        code, first, frames = (np.concatenate([e.codes.arrays[name].astype(np.int64) for e in examples])
-                               for name in ("phone_code", "phone_start", "phone_frames"))
-        owner = np.repeat(np.arange(len(examples)), count)
+        phones = [phones_of(e.codes) for e in examples]
+        code, first, frames = (np.concatenate([getattr(p, name) for p in phones])
+                               for name in ("code", "start", "frames"))
+        owner = np.repeat(np.arange(len(examples)), [len(p.code) for p in phones])
         first = first + bounds[owner]
         unmeasured = np.append(0, np.cumsum(~valid))
         usable = (frames > 0) & (unmeasured[first + frames] == unmeasured[first])

@@ -10,7 +10,7 @@ import torch
 from torch import nn
 
 from dnnvss.errors import DnnvssError
-from dnnvss.features import FeatureTable
+from dnnvss.features import FeatureTable, phones_of
 from dnnvss.phones import PHONES
 from dnnvss.systems import Codebook, Example, Prediction, VisualModel
 from dnnvss.systems.base import pooled
@@ -75,7 +75,7 @@ class GuidedCodebook(VisualModel):
     def predict(self, example: Example) -> Prediction:
         """Return the joined pieces and their derivatives; the variance is the codebook's."""
         choices = self.choices(example)
-        frames = example.codes.arrays["phone_frames"].astype(np.int64)
+        frames = phones_of(example.codes).frames
         ends = np.stack([self._samples[list(c.entries)].mean(axis=0, dtype=np.float64) for c in choices])
         joined = _ramped(self.book.joined(example, choices), ends[1:, 0] - ends[:-1, -1], frames[frames > 0])
         mean = streams(self.book.smoothed(joined), len(self.book.variance_))
@@ -171,11 +171,10 @@ def _ramped(static: np.ndarray, jumps: np.ndarray, frames: np.ndarray) -> np.nda
 
 def _sampled(guide: np.ndarray, example: Example) -> list[tuple[int, np.ndarray]]:
     """Return the code of each phone that has a frame, and the guide (T, D) at its five points (5, D)."""
-    arrays = example.codes.arrays
+    phones = phones_of(example.codes)
     frames = np.arange(len(guide)) + 0.5
     out = []
-    for code, start, count in zip(*(arrays[n].astype(int) for n in ("phone_code", "phone_start", "phone_frames")),
-                                  strict=True):
+    for code, start, count in zip(phones.code, phones.start, phones.frames, strict=True):
         if count:
             places = start + count * np.linspace(0, 1, SAMPLES)
             out.append((int(code), np.stack([np.interp(places, frames, x) for x in guide.T], axis=1)))

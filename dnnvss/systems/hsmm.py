@@ -8,7 +8,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.features import FeatureTable
+from dnnvss.features import FeatureTable, phones_of
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 from dnnvss.systems.hsmm_contexts import context_answers, context_questions
 from dnnvss.systems.hsmm_durations import STATES, best_durations, equal_states
@@ -66,7 +66,7 @@ class HiddenSemiMarkov(VisualModel):
 
     def predict(self, example: Example) -> Prediction:
         """Return the means and variances of the leaves, frame by frame."""
-        answers = context_answers(example.codes.arrays)
+        answers = context_answers(phones_of(example.codes))
         durations = self.state_durations(example)
         leaves = np.stack([tree(answers) for tree in self.states_], 1)
         mean, variance = (np.stack([getattr(tree, name)[leaves[:, s]] for s, tree in enumerate(self.states_)], 1)
@@ -78,13 +78,13 @@ class HiddenSemiMarkov(VisualModel):
 
     def state_durations(self, example: Example) -> np.ndarray:
         """Return the frames (S, 5) of each state: the most probable ones that add up to the phones' frames."""
-        frames = example.codes.arrays["phone_frames"].astype(np.int64)
-        mean, variance = self._duration_gaussians(context_answers(example.codes.arrays))
+        frames = phones_of(example.codes).frames
+        mean, variance = self._duration_gaussians(context_answers(phones_of(example.codes)))
         return _by_length(frames, lambda rows, n: best_durations(n, mean[rows], variance[rows]))
 
     def phone_durations(self, example: Example) -> np.ndarray:
         """Return the expected frames (S,) of each phone: the sum of its states' means."""
-        return self._duration_gaussians(context_answers(example.codes.arrays))[0].sum(1)
+        return self._duration_gaussians(context_answers(phones_of(example.codes)))[0].sum(1)
 
     def describe_trees(self) -> str:
         """Return every tree as the questions that it asks, what was too little to ask last."""
@@ -150,11 +150,12 @@ class _Segments:
         whole = np.concatenate([e.targets for e in examples]).reshape(-1, flat.shape[1])  # type: ignore[misc]
         self.valid = np.concatenate([e.valid for e in examples])  # type: ignore[misc]
         self.values = np.where(self.valid[:, None], (whole - self.centre) / self.scale, 0).astype(np.float32)
-        lengths = [e.codes.arrays["phone_frames"].astype(np.int64) for e in examples]
+        phones = [phones_of(e.codes) for e in examples]
+        lengths = [p.frames for p in phones]
         kept = np.concatenate(lengths) > 0
         self.frames = np.concatenate(lengths)[kept]
         self.start = np.cumsum(self.frames) - self.frames
-        self.answers = np.concatenate([context_answers(e.codes.arrays) for e in examples])[kept]
+        self.answers = np.concatenate([context_answers(p) for p in phones])[kept]
         self.complete = np.add.reduceat(~self.valid, self.start) == 0
 
     def sums(self, durations: np.ndarray, state: int) -> Sums:

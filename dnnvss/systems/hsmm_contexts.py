@@ -1,11 +1,11 @@
 """The questions that decision trees ask of a phone in its sentence, and their answers from the label codes."""
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from dnnvss.features.fields import COUNTS, POSITIONS
+from dnnvss.features import PhoneSegments
+from dnnvss.features.sources.tree import COUNTS, POSITIONS
 from dnnvss.phones import PHONES
 from dnnvss.phones.questions import ANSWERS, QUESTIONS
 
@@ -32,19 +32,15 @@ def context_questions() -> tuple[str, ...]:
     return tuple(asked)
 
 
-def context_answers(arrays: dict[str, Any]) -> np.ndarray:
-    """Return yes or no (S, Q), bool, of each phone of one utterance to each question.
-
-    Args:
-        arrays: of :class:`dnnvss.features.FrameCodes`, NumPy.
-    """
-    codes = np.asarray(arrays["phone_code"], dtype=np.int64)
+def context_answers(phones: PhoneSegments) -> np.ndarray:
+    """Yes or no (S, Q), bool, of each phone of one utterance to each question."""
+    codes = phones.code
     outside = len(PHONES)
     table = np.concatenate([np.eye(outside), ANSWERS, np.zeros((outside, 1))], 1)
     table = np.concatenate([table, np.eye(table.shape[1])[-1:]]).astype(bool)
     reach = max(OFFSETS)
     padded = np.pad(codes, reach, constant_values=outside)
     parts = [table[padded[reach + offset : reach + offset + len(codes)]] for offset in OFFSETS]
-    places = np.asarray(arrays["positions"])[:, :, None] == np.arange(len(_PLACES))
-    counts = np.asarray(arrays["counts"])[:, :, None] <= np.array(_THRESHOLDS)
+    places = phones.positions[:, :, None] == np.arange(len(_PLACES))
+    counts = phones.counts[:, :, None] <= np.array(_THRESHOLDS)
     return np.concatenate([*parts, places.reshape(len(codes), -1), counts.reshape(len(codes), -1)], 1)

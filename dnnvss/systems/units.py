@@ -71,7 +71,7 @@ class PredictorSettings:
                               remedy=f"Use some of {', '.join(HEEDED)}")
         window = {key: config[key] for key in ("window_before", "window_after")}
         table = FeatureTable.from_config({**window, "blocks": config["blocks"]})
-        if table.uses_visemes or config["folds"] < 2:
+        if table.needs - {"phones", "words"} or config["folds"] < 2:
             raise DnnvssError("visemes.predictor: dynamic visemes are predicted from phones, in two folds or more",
                               remedy="Leave viseme blocks out, and set folds to 2 or more")
         return cls(table, FitSettings(**config["fit"]), DecodingSettings(**config["decoding"]),

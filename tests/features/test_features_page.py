@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 def test_the_page_on_features_is_current(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--conf", str(ROOT / "conf" / "labels")]) == 0
     written = (ROOT / "docs" / "features.md").read_text("utf-8")
-    assert capsys.readouterr().out == written, "run: python -m dnnvss.features > docs/features.md"
+    assert capsys.readouterr().out == written, "run: python -m dnnvss features > docs/features.md"
 
 
 def test_one_table(capsys: pytest.CaptureFixture[str]) -> None:

@@ -51,11 +51,11 @@ def test_every_configuration_loads_and_ours_stays_out_of_the_papers() -> None:
     for path in CONF.glob("*.yaml"):
         table, config = load(path.stem), OmegaConf.load(path)
         assert config.name == path.stem
-        assert (path.stem == "ph_plus") == any(b.source == "ours" for b in table.blocks)
+        assert (path.stem == "ph_plus") == any(b.paper == "ours" for b in table.blocks)
 
 
 def test_every_row_of_table_1_is_a_block() -> None:
-    sources = {b.source.removeprefix("Thangthai 2016, Table 1, ") for b in catalogue(Settings()).values()} - {"ours"}
+    sources = {b.paper.removeprefix("Thangthai 2016, Table 1, ") for b in catalogue(Settings()).values()} - {"ours"}
     assert sources == {
         "frame: centre phoneme", "frame: phonetic window context", "frame: position and number of frames in phoneme",
         "frame: forward phoneme span", "frame: acoustic class", "frame: centre dynamic viseme",
@@ -112,9 +112,9 @@ def test_the_first_block_that_differs_is_named(other: FeatureTable, message: str
     ({"blocks": ["centre_phone", "phone_winow"]}, "no feature block 'phone_winow'.*phone_window"),
     ({"blocks": ["centre_phone", "centre_phone"]}, "hold one twice"),
     ({"blocks": []}, "has no list of blocks"),
-    ({"blocks": ["centre_phone"], "window": 3}, "does not know 'window'"),
-    ({"blocks": ["centre_phone"], "window_before": -1}, "window_before is -1"),
-    ({"blocks": ["centre_phone"], "units": 0}, "units is 0"),
+    ({"blocks": ["centre_phone"], "window": 3}, "labels.window is no setting"),
+    ({"blocks": ["centre_phone"], "window_before": -1}, "labels.window_before=-1 is too little"),
+    ({"blocks": ["centre_phone"], "units": 0}, "labels.units=0 is too little"),
     ({"blocks": ["phone_window"], "window_before": 0, "window_after": 0}, "no feature block 'phone_window'"),
 ])
 def test_bad_configurations(config: dict, message: str) -> None:

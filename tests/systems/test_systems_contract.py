@@ -10,6 +10,7 @@ from hydra import compose, initialize_config_dir
 
 from dnnvss.commands.plain import run_settings
 from dnnvss.curves import STATIC_DELTA_DELTA2
+from dnnvss.features import phones_of
 from dnnvss.runs.run import make_model
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
@@ -45,7 +46,7 @@ def test_durations_where_learnt_are_positive_for_every_phone(fitted: tuple[str, 
     durations = fitted[1].phone_durations(examples["test"][0])
     assert (durations is None) == (fitted[0] != "hsmm")
     if durations is not None:
-        assert durations.shape == examples["test"][0].codes.arrays["phone_code"].shape and (durations > 0).all()
+        assert durations.shape == phones_of(examples["test"][0].codes).code.shape and (durations > 0).all()
 
 
 def test_state_is_plain_and_restores_the_model(fitted: tuple[str, VisualModel], examples: dict, tmp_path: Path) -> None:

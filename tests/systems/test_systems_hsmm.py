@@ -9,7 +9,7 @@ import pytest
 from conftest import CLOCK, TABLE
 
 from dnnvss.errors import DnnvssError
-from dnnvss.features import encode
+from dnnvss.features import encode, phones_of
 from dnnvss.phones import PHONES, SPOKEN
 from dnnvss.systems import Example, HiddenSemiMarkov
 from dnnvss.systems.hsmm_contexts import context_answers, context_questions
@@ -169,7 +169,7 @@ def test_nothing_measured_is_refused(tmp_path: Path, examples: dict) -> None:
 
 def test_answers_name_the_quinphone() -> None:
     example = example_of("q", ["sil", "P", "AA", "F", "sil"], np.full(5, 6))
-    answers, questions = context_answers(example.codes.arrays), context_questions()
+    answers, questions = context_answers(phones_of(example.codes)), context_questions()
     assert answers.shape == (5, len(questions)) and len(set(questions)) == len(questions)
     ask: Callable[[int, str], bool] = lambda row, text: bool(answers[row, questions.index(text)])  # noqa: E731
     assert ask(2, "phone before: Is it P?") and ask(2, "second phone after: Is it sil?") and ask(1, ROOT) is False
