@@ -1,4 +1,4 @@
-"""Any folder of recordings: a video, its words and its landmarks for each sentence."""
+"""Any folder of recordings: a video or a sound, its words and its landmarks for each sentence."""
 
 import re
 from collections.abc import Mapping
@@ -10,18 +10,28 @@ from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import LAYOUT_68, read_landmarks, read_marks
+from dnnvss.formats import LAYOUT_68, Marks, read_landmarks, read_marks
 from dnnvss.text.sentence import spoken_words
 
 VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v")
 """Kinds of video; where an id has several, the first."""
+
+SOUNDS = (".wav", ".flac", ".mp3")
+"""Kinds of sound beside landmarks without video; where an id has several, the first."""
+
+TIMES = (".TextGrid", ".lab")
+"""Kinds of phone times; where an id has several, the first."""
+
+UNITS = {2: "px", 3: "mm"}
+"""Coordinates of a landmark to their unit."""
 
 _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .pts files, or ID_000001.pts, ..."
 
 
 def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", variant: str = "en_us",
                    lexicon: Mapping[str, str] | None = None, credit: str = "", val: float = 0.05, test: float = 0.05,
-                   sync: bool = False, jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
+                   sync: bool = False, dim: int = 2, rate: int | float | str | None = None, jobs: int = -1,
+                   backend: str = "loky", strict: bool = False) -> Path:
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, landmarks (see
@@ -29,6 +39,10 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of
     68-point landmarks. ``splits/{train,val,test}.txt`` (an id a line) are used where they are; those that are not are
     drawn from the utterances that the others leave.
+
+    A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its
+    sound is ``ID.wav`` (flac, mp3); without sound its phone times must be given. Its frame rate is ``rate``, that of
+    ``landmarks.json`` (``"rate": 25``), or what the time stamps of all such recordings tell, in this order.
 
     Args:
         raw: the folder of recordings.
@@ -39,35 +53,53 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         credit: the line shown wherever a picture or number from the corpus is shown.
         val, test: shares of the utterances, where the split is not given.
         sync: measure how late each clip's sound is beside its picture, and move it (:mod:`data_prep.sync`).
+        dim: coordinates of a landmark: 2 in pixels of the picture, 3 in millimetres before the camera.
+        rate: frames a second of landmarks without video.
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
 
     Raises:
-        DnnvssError: no video, unknown groups of landmarks, or nothing is left.
+        DnnvssError: no recording, unknown groups of landmarks, no rate, or nothing is left.
     """
     raw = Path(raw)
-    videos = _videos(raw)
+    if dim not in UNITS:
+        raise DnnvssError(f"corpus.importer.dim is {dim!r}", remedy="Give 2 for points in the picture, 3 in space")
+    videos = _recordings(raw)
     sources = [_source(raw, i, video, variant) for i, video in sorted(videos.items())]
-    groups, scale = _groups(raw, sources)
-    info = CorpusInfo(name, (0, 0), "25", groups, variant, credit)
-    recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=scale, lexicon=dict(lexicon or {}),
-                    sync=sync)
+    marks = _marks(raw, sources, dim)
+    info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
+    own = marks.rate if rate is None else str(rate)
+    recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
+                    lexicon=dict(lexicon or {}), sync=sync)
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 
-def _videos(raw: Path) -> dict[str, Path]:
+def _recordings(raw: Path) -> dict[str, Path | None]:
+    """Return id to video, None where there are landmarks without one.
+
+    Landmarks are a recording where words or a sound lie beside them, or where the folder has no video at all.
+    """
     if not raw.is_dir():
         raise DnnvssError("no such folder", file=raw, remedy="Set corpus.raw to the folder of your recordings")
-    found: dict[str, Path] = {}
+    found: dict[str, Path | None] = {}
     for suffix in VIDEOS:
         for path in sorted(p for p in raw.iterdir() if p.suffix.lower() == suffix):
             found.setdefault(path.stem, path)
-    if not found:
-        raise DnnvssError("holds no video", file=raw, remedy=f"Put videos there ({' '.join(VIDEOS)})")
-    return found
+    tracked = {p.stem if p.is_file() else p.name for p in raw.iterdir() if p.suffix.lower() in (".csv", ".npz")
+               or (p.is_dir() and any(p.glob("*.pts")))}
+    bare = {i for i in tracked - set(found) if not found or any(_beside(raw, i, s) for s in (".txt", *SOUNDS))}
+    if not found and not bare:
+        raise DnnvssError("holds no video and no landmarks", file=raw,
+                          remedy=f"Put videos there ({' '.join(VIDEOS)}), or landmarks (ID.csv, ID.npz) with sound")
+    return found | dict.fromkeys(sorted(bare))
 
 
-def _source(raw: Path, name: str, video: Path, variant: str) -> Source:
+def _beside(raw: Path, name: str, *suffixes: str) -> Path | None:
+    """Return the first of the files of an id that is there."""
+    return next((path for s in suffixes if (path := raw / f"{name}{s}").is_file()), None)
+
+
+def _source(raw: Path, name: str, video: Path | None, variant: str) -> Source:
     transcript = raw / f"{name}.txt"
     try:
         text = files.read(transcript, lambda p: p.read_text(encoding="utf-8"), "Write the words of the recording there")
@@ -77,10 +109,13 @@ def _source(raw: Path, name: str, video: Path, variant: str) -> Source:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name,
                               remedy="Write the words of the recording there")
         marks = _landmarks(raw, name)
+        times, sound = _beside(raw, name, *TIMES), None if video else _beside(raw, name, *SOUNDS)
+        if video is None and sound is None and times is None:
+            raise DnnvssError("has neither video nor sound, and no phone times", file=marks[0], utterance=name,
+                              remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
-    times = (path for s in (".TextGrid", ".lab") if (path := raw / f"{name}{s}").is_file())
-    return Source(name, text, words, video, marks, alignment=next(times, None))
+    return Source(name, text, words, video, marks, alignment=times, sound=sound)
 
 
 def _landmarks(raw: Path, name: str) -> tuple[Path, ...]:
@@ -93,26 +128,23 @@ def _landmarks(raw: Path, name: str) -> tuple[Path, ...]:
     return sequence
 
 
-def _groups(raw: Path, sources: list[Source]) -> tuple[dict[str, tuple[int, int]], float]:
-    """Return the groups of landmarks and what stored coordinates are divided by."""
+def _marks(raw: Path, sources: list[Source], dim: int) -> Marks:
+    """Return what is said of the landmarks: ``landmarks.json``, its groups those of 68 points where it has none."""
     described = raw / "landmarks.json"
-    if described.is_file():
-        marks = read_marks(described)
-        if not marks.groups:
-            raise DnnvssError("describes no groups of landmarks", file=described,
-                              remedy="Write {\"groups\": {\"lips_outer\": [48, 60], ...}} there")
-        return marks.groups, marks.scale
+    marks = read_marks(described) if described.is_file() else Marks({})
+    if marks.groups:
+        return marks
     first = next((s for s in sources if not s.problem), None)
-    if first is not None and (count := _count(first)) not in (0, 68):
+    if first is not None and (count := _count(first, dim)) not in (0, 68):
         raise DnnvssError(f"utterance {first.id} has {count} landmarks a frame, and their groups are not known",
                           file=described, remedy="Describe them there: {\"groups\": {\"lips_outer\": [48, 60], ...}}")
-    return dict(LAYOUT_68), 1.0
+    return marks._replace(groups=dict(LAYOUT_68))
 
 
-def _count(source: Source) -> int:
+def _count(source: Source, dim: int) -> int:
     """Return the landmarks of a frame of the first recording; 0 where they cannot be read (the report will say why)."""
     try:
-        found = read_landmarks(source.landmarks[0])
+        found = read_landmarks(source.landmarks[0], dim)
     except DnnvssError:
         return 0
     return found.points.shape[1]

@@ -13,22 +13,23 @@ from dnnvss.timing import fill_invalid
 
 
 def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, frames: int,
-             size: tuple[int, int]) -> dict[str, Any]:
+             size: tuple[int, int], dimensions: int = 2) -> dict[str, Any]:
     """Return the counts of a recording's landmarks, after writing them to ``out/.stages/landmarks/<id>.npz``.
 
     Args:
         name: the utterance id.
         out: the prepared corpus.
         landmarks: one file, one folder of ``.pts``, or the ``.pts`` files.
-        scale: what stored coordinates are divided by to give pixels.
+        scale: what stored coordinates are divided by to give pixels (millimetres).
         frames: the number of pictures.
-        size: width and height of the video in pixels.
+        size: width and height of the video in pixels; zeros where they are not known.
+        dimensions: coordinates of a point.
 
     Raises:
         DnnvssError: landmarks that cannot be read, of another number of frames, without a valid frame, NaN where
             they are marked as valid, or in most frames outside the picture.
     """
-    found = _read(landmarks, scale)
+    found = _lengthened(read_all(landmarks, scale, dimensions), frames, landmarks[0])
     file = landmarks[0] if len(landmarks) == 1 else landmarks[0].parent
     count = len(found.points)
     if count != frames:
@@ -41,7 +42,7 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     if not found.valid.any():
         raise DnnvssError("no frame has landmarks", file=file, utterance=name, remedy="Track the video again")
     valid = found.points[found.valid]
-    if checkup.outside(valid, size).mean() > 0.5:
+    if dimensions == 2 and min(size) > 0 and checkup.outside(valid, size).mean() > 0.5:
         (left, top), (right, bottom) = valid.min(axis=(0, 1)), valid.max(axis=(0, 1))
         raise DnnvssError(f"landmarks reach over x {left:.0f} to {right:.0f} and y {top:.0f} to {bottom:.0f}, the "
                           f"video is {size[0]} x {size[1]} pixels", file=file, utterance=name,
@@ -50,14 +51,37 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     return {"points": found.points.shape[1], "lost": int((~found.valid).sum())}
 
 
-def _read(landmarks: tuple[Path, ...], scale: float) -> Landmarks:
+_CUT = 2
+"""Rows by which OpenFace's file may be shorter than the video: OpenCV does not give it the last pictures."""
+
+
+def _lengthened(found: Landmarks, frames: int, file: Path) -> Landmarks:
+    """The landmarks of a CSV with frames at its end that are not valid, where it lacks one or two."""
+    lacking = frames - len(found.points)
+    if file.suffix.lower() != ".csv" or not 0 < lacking <= _CUT:
+        return found
+    points = np.concatenate([found.points, np.full((lacking, *found.points.shape[1:]), np.nan, np.float32)])
+    return Landmarks(points, np.concatenate([found.valid, np.zeros(lacking, bool)]))
+
+
+def read_all(landmarks: tuple[Path, ...], scale: float, dimensions: int) -> Landmarks:
+    """The landmarks of a recording in pixels (millimetres).
+
+    Args:
+        landmarks: one file, one folder of ``.pts``, or the ``.pts`` files.
+        scale: what stored coordinates are divided by.
+        dimensions: coordinates of a point.
+
+    Raises:
+        DnnvssError: they cannot be read.
+    """
     if len(landmarks) > 1:
         found = read_pts_sequence(landmarks, landmarks[0].parent)
     elif landmarks[0].suffix.lower() == ".npz":
-        return read_npz(landmarks[0], scale)
+        return read_npz(landmarks[0], scale, dimensions)
     else:
-        found = read_landmarks(landmarks[0])
-    return Landmarks(found.points / np.float32(scale), found.valid)
+        found = read_landmarks(landmarks[0], dimensions)
+    return Landmarks(found.points / np.float32(scale), found.valid, found.times)
 
 
 def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:

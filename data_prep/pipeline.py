@@ -18,6 +18,7 @@ from data_prep.report import Outcome, counts, write_report
 from data_prep.splits import completed, lacking
 from data_prep.stages import FOLDER, Workshop
 from data_prep.sync import FEWEST, find_sync, in_step
+from data_prep.unfilmed import measured, sounded, told_rate
 from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance, checkup
 from dnnvss.errors import DnnvssError
@@ -36,25 +37,27 @@ class Source:
         id: unique in the corpus.
         text: the words as they are to be kept.
         words: the words as they are spoken, in lower case.
-        video: the recording.
+        video: the recording; None where there are landmarks alone.
         landmarks: an ``.npz`` or ``.csv`` file, a folder of ``.pts`` files, or the ``.pts`` files themselves.
         bounds: start and end of each word in seconds, where they are known.
         alignment: a file with the phones' times; then the aligner is not needed.
         delay: seconds by which the file's sound is late beyond what the file says.
         problem: why the utterance cannot be used, where the importer knows already.
         notes: what is to be said of it in the report.
+        sound: a sound file beside landmarks without video.
     """
 
     id: str
     text: str = ""
     words: tuple[str, ...] = ()
-    video: Path = Path()
+    video: Path | None = None
     landmarks: tuple[Path, ...] = ()
     bounds: tuple[tuple[float, float], ...] = ()
     alignment: Path | None = None
     delay: float = 0.0
     problem: str = ""
     notes: tuple[str, ...] = ()
+    sound: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,9 @@ class Recipe:
         splits: ids by name of the split, as given; of train, val and test those are drawn that are not there.
         stratum: what a drawn split is to be even in.
         val, test: shares of a drawn split.
-        scale: what stored coordinates are divided by to give pixels.
+        scale: what stored coordinates are divided by to give pixels (millimetres).
+        rate: frames a second of landmarks without video; None where time stamps tell it.
+        size: width and height of the pictures that landmarks without video lie in; None where that is not known.
         lexicon: word to phones, before the variant's lexicon.
         slack: seconds around given word times in which a word is looked for.
         far: seconds from its given time beyond which a word's start is noted in the report.
@@ -82,6 +87,8 @@ class Recipe:
     val: float = 0.05
     test: float = 0.05
     scale: float = 1.0
+    rate: str | None = None
+    size: tuple[int, int] | None = None
     lexicon: Mapping[str, str] = field(default_factory=dict)
     slack: float = 0.25
     far: float = 0.25
@@ -99,6 +106,7 @@ class Preparation:
     recipe: Recipe
     shop: Workshop
     outcomes: dict[str, Outcome]
+    found: list[str] = field(default_factory=list)
 
     def alive(self) -> list[Source]:
         """Return the sources that were not dropped."""
@@ -137,7 +145,7 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
                 run.drop(source.id, problem)
         made = _media(run)
         size, rate = _usual(run, made)
-        bad = _examined(run, made)
+        bad = _examined(run, made, size)
         late = _late(run, made, bad)
         made = _sounds(run, made, late)
         timed = _aligned(run, made, late)
@@ -160,27 +168,66 @@ MEDIA = 2
 
 
 def _media(run: Preparation) -> Results:
-    tasks = {s.id: {"video": s.video, "delay": s.delay} for s in run.alive()}
-    return run.take(run.shop.run("media", media, tasks, MEDIA))
+    tasks = {s.id: {"video": s.video, "delay": s.delay} for s in run.alive() if s.video is not None}
+    made = run.take(run.shop.run("media", media, tasks, MEDIA)) if tasks else {}
+    return made | _unfilmed(run, made)
+
+
+def _unfilmed(run: Preparation, filmed: Results) -> Results:
+    """Return what is known of the recordings without video; the rate is one for all of them."""
+    bare = {s.id: s for s in run.alive() if s.video is None}
+    if not bare:
+        return {}
+    dimensions = run.recipe.info.dimensions
+    own = {i: {"landmarks": s.landmarks, "dimensions": dimensions} for i, s in bare.items()}
+    counted = run.take(run.shop.run("stamps", measured, own))
+    if not counted:
+        return {}
+    rates = Counter(Fraction(m["rate"]) for m in filmed.values()).most_common(1)
+    clock, whence = told_rate(counted, run.recipe.rate, rates[0][0] if rates else None)
+    tasks = {i: {**own[i], "frames": c["frames"], "rate": str(clock), "stamps": "stamps" in whence,
+                 "sound": bare[i].sound, "delay": bare[i].delay} for i, c in counted.items()}
+    for name, c in counted.items():
+        if c["span"] and abs(c["span"][0] / c["span"][1] / float(clock.rate) - 1) > OFF_RATE:
+            run.outcomes[name].notes.append(f"its time stamps tell {c['span'][0] / c['span'][1]:.3g} frames a second, "
+                                            f"{float(clock.rate):g} are taken")
+    silent = sum(s.sound is None for s in bare.values())
+    run.found.append(f"{len(bare)} of {len(run.sources)} recordings are landmarks without video"
+                     + (f", {silent} of them without sound" if silent else ""))
+    run.found.append(f"landmarks without video have {float(clock.rate):.6g} frames a second ({whence})")
+    return run.take(run.shop.run("sounded", sounded, tasks))
+
+
+OFF_RATE = 0.02
+"""Share by which the rate of an utterance's time stamps may differ from the one that is taken before it is noted."""
 
 
 def _usual(run: Preparation, made: Results) -> tuple[tuple[int, int], Fraction]:
     """Return the size and rate that most recordings have; the others are dropped."""
-    kinds = {name: (tuple(m["size"]), Fraction(m["rate"])) for name, m in made.items()}
-    if not kinds:
+    kinds = {name: (tuple(m["size"]), Fraction(m["rate"])) for name, m in made.items() if m["video"]}
+    rates = {name: Fraction(m["rate"]) for name, m in made.items() if not m["video"]}
+    if not kinds and not rates:
         _nothing_left(run)
-    usual = Counter(kinds.values()).most_common(1)[0][0]
+    size = run.recipe.size or (0, 0)
+    usual = Counter(kinds.values() or [(size, rate) for rate in rates.values()]).most_common(1)[0][0]
+    (w, h), r = usual
     for name, ((width, height), rate) in kinds.items():
         if kinds[name] != usual:
-            (w, h), r = usual
             run.drop(name, f"the video is {width} x {height} at {rate}, most of the corpus is {w} x {h} at {r}")
+    for name, rate in rates.items():
+        if rate != r:
+            run.drop(name, f"its landmarks are at {rate} frames a second, the videos of the corpus at {r}")
     return usual
 
 
-def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
-    """Return for each utterance the frames (F,) that show no face of the talker, and say why in the report."""
+def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[str, np.ndarray]:
+    """Return for each utterance the frames (F,) that show no face of the talker, and say why in the report.
+
+    Where there is no video, that is what the landmarks tell alone.
+    """
+    dimensions = run.recipe.info.dimensions
     tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"],
-                    "size": made[s.id]["size"]} for s in run.alive()}
+                    "size": list(size), "dimensions": dimensions} for s in run.alive()}
     counted = run.take(run.shop.run("landmarks", read_raw, tasks))
     usual = Counter(c["points"] for c in counted.values()).most_common(1)
     for name, c in counted.items():
@@ -188,13 +235,17 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
             run.drop(name, f"has {c['points']} landmarks a frame, most of the corpus has {usual[0][0]}")
     names = [s.id for s in run.alive()]
     stages, limits = run.shop.out / FOLDER, run.recipe.limits
-    clips = {n: files.read_arrays(stages / "media" / f"{n}.npz")["thumbnails"] for n in names}
+    clips = {n: files.read_arrays(stages / "media" / f"{n}.npz")["thumbnails"] for n in names if made[n]["video"]}
     marks = {n: files.read_arrays(stages / "landmarks" / f"{n}.npz") for n in names}
     if not names:
         _nothing_left(run)
-    broken = checkup.broken_pictures(clips, limits)
-    jumps = {n: mask & ~broken[n] for n, mask in checkup.jumps(clips, limits).items()}
-    outside = {n: marks[n]["valid"] & checkup.outside(marks[n]["points"], made[n]["size"], limits) for n in names}
+    whole = {n: np.zeros(made[n]["frames"], bool) for n in names}
+    broken = whole | (checkup.broken_pictures(clips, limits) if clips else {})
+    jumps = whole | ({n: m & ~broken[n] for n, m in checkup.jumps(clips, limits).items()} if clips else {})
+    outside = whole | ({n: marks[n]["valid"] & checkup.outside(marks[n]["points"], size, limits) for n in names}
+                       if dimensions == 2 and min(size) > 0 else {})
+    run.found.append(f"{marks[names[0]]['points'].shape[1]} landmarks a frame, {dimensions} coordinates in "
+                     f"{run.recipe.info.unit}")
     valid = {n: marks[n]["valid"] & ~broken[n] & ~outside[n] for n in names}
     ghosts = checkup.ghosts({n: marks[n]["points"] for n in names}, valid, limits)
     for name in names:
@@ -207,7 +258,7 @@ def _examined(run: Preparation, made: Results) -> dict[str, np.ndarray]:
             run.outcomes[name].notes.append(f"the picture jumps at frame {_ranges(jumps[name])}; damaged before?")
             if ghosts[name].sum() >= DAMAGED:
                 run.drop(name, "pictures damaged for long: they jump, and the landmarks leave the face")
-    for name, distance in checkup.off_colour(clips, limits).items():
+    for name, distance in (checkup.off_colour(clips, limits) if clips else {}).items():
         run.outcomes[name].notes.append(f"off colour throughout ({distance:.0f} robust sd from the corpus)")
     return {n: broken[n] | outside[n] | ghosts[n] for n in names}
 
@@ -225,7 +276,7 @@ LATE = 0.06
 
 def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dict[str, float]:
     """Return by how many seconds each utterance's sound is late beside its picture; 0 where that is not measured."""
-    names = [s.id for s in run.alive()]
+    names = [s.id for s in run.alive() if made[s.id]["sound"]]
     if not run.recipe.sync or not names:
         return dict.fromkeys(names, 0.0)
     if len(names) < FEWEST:
@@ -235,7 +286,7 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
     for name in names:
         marks = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{name}.npz")
         if (good := marks["valid"] & ~bad[name]).any():
-            seen[name] = fill_invalid(marks["points"], good), good
+            seen[name] = fill_invalid(marks["points"][..., :2], good), good
     sounds = {name: made[name]["sound"] for name in seen}
     rate = float(Fraction(made[names[0]]["rate"]))
     found = find_sync(run.shop, sounds, seen, run.recipe.info.landmark_groups, rate)
@@ -252,9 +303,10 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
 
 def _sounds(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
     """Return what is known of the recordings with the path of the sound that is in step with the picture."""
-    moved = run.shop.run("sound", in_step, {s.id: {"sound": run.shop.out / made[s.id]["sound"], "late": late[s.id]}
-                                            for s in run.alive()})
-    return {name: made[name] | result for name, result in run.take(moved).items()}
+    tasks = {s.id: {"sound": run.shop.out / made[s.id]["sound"], "late": late[s.id]}
+             for s in run.alive() if made[s.id]["sound"]}
+    moved = run.take(run.shop.run("sound", in_step, tasks)) if tasks else {}
+    return {s.id: made[s.id] | moved.get(s.id, {"audio": None}) for s in run.alive()}
 
 
 def _aligned(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
@@ -302,7 +354,7 @@ def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]
             continue
         task = {"words": words, "frames": made[s.id]["frames"], "rate": made[s.id]["rate"]}
         if s.alignment:
-            known[s.id] = {**task, "path": s.alignment, "late": late[s.id]}
+            known[s.id] = {**task, "path": s.alignment, "late": late.get(s.id, 0.0)}
         else:
             bounds = [(a - late[s.id], b - late[s.id]) for a, b in s.bounds]
             audio = run.shop.out / made[s.id]["audio"]
@@ -368,7 +420,7 @@ def _utterances(run: Preparation, made: Results, timed: Results, cleaned: Result
 def _finished(run: Preparation, utterances: list[Utterance], size: tuple[int, int], rate: Fraction) -> Path:
     """Write the records, splits and report, say what was written, and return the folder."""
     out, recipe = run.shop.out, run.recipe
-    report = write_report(out, run.outcomes.values())
+    report = write_report(out, run.outcomes.values(), run.found)
     if not utterances:
         _nothing_left(run)
     kept = {u.id for u in utterances}

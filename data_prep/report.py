@@ -45,11 +45,18 @@ def counts(outcomes: Iterable[Outcome]) -> dict[str, int]:
     return {state: found[state] for state in STATES}
 
 
-def write_report(out: Path, outcomes: Iterable[Outcome]) -> Path:
-    """Write ``report.jsonl`` (a line per utterance) and ``report.md`` (what is not plain), and return the latter."""
+def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = ()) -> Path:
+    """Write ``report.jsonl`` (a line per utterance) and ``report.md`` (what is not plain), and return the latter.
+
+    Args:
+        out: the prepared corpus.
+        outcomes: of all utterances.
+        found: what holds for the whole corpus, a sentence each.
+    """
     rows = sorted(outcomes, key=lambda o: o.id)
     files.write_text(out / "report.jsonl", "".join(json.dumps(asdict(o), ensure_ascii=False) + "\n" for o in rows))
     parts = ["# Report of the preparation", markdown_table(["state", "utterances"], counts(rows).items())]
+    parts += ["\n".join(f"- {line}" for line in found)] if found else []
     for state in ("dropped", "repaired"):
         chosen = [o for o in rows if o.status == state]
         if chosen:

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from dnnvss import robust
+from dnnvss.corpus.similarity import fit_similarity
 
 THUMBNAIL = (16, 12)
 """Width and height of the thumbnails that pictures are compared by."""
@@ -157,7 +158,7 @@ def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
     clip's own median.
 
     Args:
-        points: (F, P, 2) in pixels; frames that are not valid may be NaN.
+        points: (F, P, 2 or 3); frames that are not valid may be NaN.
         valid: (F,) bool, the frames that the tracker found and whose picture is whole.
         limits: the distances that count.
     """
@@ -171,7 +172,7 @@ def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
     spread = np.maximum(spread, max(0.2 * float(np.median(spread)), 1e-3 * float(np.ptp(face))))
     drift = np.concatenate([robust.TO_SIGMA * np.abs(p - np.median(p, axis=0))
                             for p in _split(places, points, valid) if len(p)])
-    place_spread = np.maximum(np.median(drift, axis=0), 1e-3 * np.array([np.ptp(face), np.ptp(face), 1.0]))
+    place_spread = np.maximum(np.median(drift, axis=0), 1e-3 * np.array([*[np.ptp(face)] * face.shape[1], 1.0]))
     found = {}
     shapes = dict(zip(points, _split(aligned, points, valid), strict=True))
     wheres = dict(zip(points, _split(places, points, valid), strict=True))
@@ -206,7 +207,14 @@ def _limits(standard: list[np.ndarray], limits: Limits) -> tuple[float, float]:
 
 
 def _aligned(shapes: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return shapes (N, P, 2) turned, scaled and moved onto a face, and centre and log scale (N, 3) in pixels of it."""
+    """Return shapes (N, P, 2 or 3) turned, scaled and moved onto a face, and where they are.
+
+    Where they are: centre and log scale (N, 3 or 4), in pixels (millimetres) of the face.
+    """
+    if face.shape[1] == 3:
+        pose = fit_similarity(shapes, face)
+        bulk = -np.log(np.maximum(pose.scale, 1e-9)) * np.ptp(face)
+        return pose.back(shapes, face.mean(axis=0)), np.column_stack([pose.centre, bulk])
     z, target = shapes[..., 0] + 1j * shapes[..., 1], face[:, 0] + 1j * face[:, 1]
     centre, middle = z.mean(axis=1, keepdims=True), target.mean()
     turn = (np.conj(z - centre) @ (target - middle)) / np.maximum((np.abs(z - centre) ** 2).sum(axis=1), 1e-9)

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -60,11 +61,13 @@ class CorpusInfo:
 
     Args:
         name: short name, used in folder names.
-        size: width and height of the video in pixels.
+        size: width and height of the video in pixels; 0 and 0 where there is none and nothing says it.
         rate: frame rate of the video, as text (``"25"``, ``"30000/1001"``).
         landmark_groups: name of a group of landmark points to the half-open range of its rows.
         variant: pronunciation variant of the talker (``"en_us"``, ``"en_gb"``).
         credit: the line to print wherever a picture or number made from the corpus is shown.
+        dimensions: coordinates of a landmark, 2 or 3.
+        unit: of the landmarks, ``px`` or ``mm``.
     """
 
     name: str
@@ -73,6 +76,13 @@ class CorpusInfo:
     landmark_groups: dict[str, tuple[int, int]] = field(default_factory=dict)
     variant: str = "en_us"
     credit: str = ""
+    dimensions: int = 2
+    unit: str = "px"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain containers; what later versions added is left out where it is as it always was."""
+        added = {"dimensions": 2, "unit": "px"}
+        return {name: value for name, value in asdict(self).items() if value != added.get(name)}
 
 
 @dataclass(frozen=True)
@@ -114,7 +124,7 @@ class Corpus:
         files.write_text(root / "utterances.jsonl", "\n".join(lines) + "\n")
         for name, ids in splits.items():
             files.write_text(root / "splits" / f"{name}.txt", "\n".join(ids) + "\n")
-        files.write_json(root / "corpus.json", asdict(info))
+        files.write_json(root / "corpus.json", info.to_json())
 
     def split(self, name: str, variant: str = "") -> list[Utterance]:
         """Return the utterances of a split: ``train``, ``val`` or ``test``, e.g. with ``variant="unseen"``.
@@ -148,7 +158,7 @@ class Corpus:
         return self.root / relative
 
     def landmarks(self, utterance: Utterance) -> tuple[np.ndarray, np.ndarray]:
-        """Return points (F, P, 2) float32 in pixels and valid (F,) bool; frames that are not valid are interpolated."""
+        """Points (F, P, 2 or 3) float32 in the corpus's unit and valid (F,); the others are interpolated."""
         arrays = files.read_arrays(self.path(utterance, "landmarks"), "Prepare the corpus again")
         return arrays["points"], arrays["valid"]
 
