@@ -92,7 +92,7 @@ def test_points_in_space_are_a_corpus_and_their_ghosts_are_found(demo: Corpus, r
 def test_the_wrong_dimensions_are_said(raw: Path, tmp_path: Path) -> None:
     with pytest.raises(DnnvssError, match=r"has no columns X_0, Y_0, Z_0"):
         prepare_folder(raw, tmp_path / "out", dim=3, jobs=1)
-    with pytest.raises(DnnvssError, match="corpus.importer.dim is 4"):
+    with pytest.raises(DnnvssError, match=r"corpus\.importer\.dim is 4"):
         prepare_folder(raw, tmp_path / "out", dim=4, jobs=1)
 
 
@@ -119,9 +119,9 @@ def test_some_recordings_may_have_video(demo: Corpus, raw: Path, tmp_path: Path)
         write_video(raw / f"{name}.mp4", read_video(demo.path(u, "video")), u.rate, read_audio(raw / f"{name}.wav"),
                     16000)
     (raw / "notes.csv").write_text("a,b\n1,2\n")
-    arrays = raw / "demo_003.csv"
-    lines = arrays.read_text().splitlines()
-    arrays.write_text("\n".join(lines[:5] + [",".join([*lines[5].split(",")[:5], *["900.0"] * 164])] + lines[6:]))
+    lines = (raw / "demo_003.csv").read_text().splitlines()
+    lines[5] = ",".join([*lines[5].split(",")[:5], *(["900.0"] * 164)])
+    (raw / "demo_003.csv").write_text("\n".join(lines))
     corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
     filmed = {name: u.video is not None for name, u in corpus.utterances.items()}
     assert filmed == {"demo_000": True, "demo_001": True, "demo_002": True, "demo_003": False, "demo_004": False}
