@@ -30,12 +30,12 @@ from dnnvss.corpus import Utterance
 from dnnvss.corpus.talker.durations import speak
 from dnnvss.corpus.talker.grammar import compose
 from dnnvss.errors import DnnvssError
+from dnnvss.media import SPEECH_RATE
 from dnnvss.phones import SILENCE, SILENCES
 from dnnvss.speech.align import UnfitError, Word, align
 from dnnvss.speech.align_adapt import Voice
 from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_features import cepstra
-from dnnvss.speech.align_sphinx import RATE
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.engines import ENGINES, find_engine
 from dnnvss.text.score import read_cases
@@ -59,7 +59,7 @@ def spoken_by(name: str, sentences: Sequence[Sentence]) -> Iterator[Spoken]:
     durations = _talker_durations() if name == "formant" else None
     for sentence in sentences:
         speech = engine.speak(sentence, durations.predict(sentence) if durations else None)
-        sound = resample_poly(speech.samples, RATE, speech.rate).astype(np.float32)
+        sound = resample_poly(speech.samples, SPEECH_RATE, speech.rate).astype(np.float32)
         yield Spoken(sound, speech.alignment, [(w.spoken, w.choices()) for w in sentence.words])
 
 
@@ -94,7 +94,7 @@ def accuracy(engine: str, cases: Sequence[Spoken]) -> tuple[list[str], Voice]:
     for k, case in enumerate(tqdm(cases, f"{engine}, own voice", leave=False)):
         heard = hear(voice, case.sound, case.words)
         if k in first or heard.trusted:
-            again[k] = heard.tiers([w for w, _ in case.words], len(case.sound) / RATE)
+            again[k] = heard.tiers([w for w, _ in case.words], len(case.sound) / SPEECH_RATE)
         else:
             print(f"  unaligned by the own voice: {_fits(heard)}")
     return [_row(engine, found, cases), _row(f"{engine}, own voice", again, cases)], voice

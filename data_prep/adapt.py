@@ -13,10 +13,10 @@ from data_prep.align import lateness
 from data_prep.stages import FOLDER, Workshop, fingerprint
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import spanning
-from dnnvss.media import read_audio
+from dnnvss.media import SPEECH_RATE, read_audio
 from dnnvss.phones import SHORT_PAUSE, SILENCE, SILENCES
 from dnnvss.speech.align_adapt import Voice, first_states, learn, segment
-from dnnvss.speech.align_features import HOP, RATE, cepstra
+from dnnvss.speech.align_features import HOP, cepstra
 from dnnvss.speech.align_tiers import Piece, tiers
 from dnnvss.timing import Alignment
 
@@ -158,7 +158,7 @@ def heard_again(name: str, out: Path, voice: str, audio: Path, words: Words, bou
     del name
     sound = read_audio(audio)
     found = hear(Voice.read(out / voice), sound, words, bounds or None)
-    return _result(found, words, len(sound) / RATE, bounds, float(frames / Fraction(rate)), scores, attempt)
+    return _result(found, words, len(sound) / SPEECH_RATE, bounds, float(frames / Fraction(rate)), scores, attempt)
 
 
 def heard_at_last(name: str, out: Path, refused: str, voice: str, audio: Path, words: Words,
@@ -183,7 +183,7 @@ def heard_at_last(name: str, out: Path, refused: str, voice: str, audio: Path, w
                           f"{min(found.fits):.1f}, worst silence {found.silence:.1f})", utterance=name,
                           remedy="Give the words that were said, all of them, and a recording without noise")
     duration = float(frames / Fraction(rate))
-    return _result(found, words, len(sound) / RATE, bounds, duration, [], "the talker's own voice")
+    return _result(found, words, len(sound) / SPEECH_RATE, bounds, duration, [], "the talker's own voice")
 
 
 def _result(found: Hearing, words: Words, heard: float, bounds: list[tuple[float, float]], duration: float,

@@ -16,13 +16,12 @@ from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
 from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, SHEET, Take, film, perform_take, script, unseen_splits
 from dnnvss.errors import DnnvssError
-from dnnvss.media import write_wav
+from dnnvss.media import SPEECH_RATE, write_wav
 
 VERSION = 2
 """Raised with every change of how the talker looks, moves or speaks, so that an old corpus is made anew."""
 CREDIT = "Built-in talker of dnnvss: drawn and spoken by program, no person recorded (MIT)."
 _STAGE = "talker"
-_VOICE = 16000  # samples a second
 _PITCH = 185.0  # Hz
 
 
@@ -69,7 +68,7 @@ def record(name: str, out: Path, text: str, seed: int, size: int) -> dict[str, A
     paths = _paths(name)
     points = take.landmarks(size)
     _write_video(out / paths["video"], take, size)
-    write_wav(out / paths["audio"], synthesise(take.alignment, _VOICE, seed, _PITCH), _VOICE)
+    write_wav(out / paths["audio"], synthesise(take.alignment, SPEECH_RATE, seed, _PITCH), SPEECH_RATE)
     files.write_arrays(out / paths["landmarks"], points=points, valid=np.ones(len(points), bool))
     return Utterance(name, text, take.alignment, **paths, rate=Fraction(RATE), frames=take.frames).to_json()
 

@@ -11,10 +11,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
-from dnnvss.media import read_audio, video_info, write_wav
-
-RATE = 16000
-"""Samples a second of the sound in a prepared corpus."""
+from dnnvss.media import SPEECH_RATE, read_audio, video_info, write_wav
 
 _REMEDY = "Convert the file to MP4 (H.264, AAC) and check that it plays"
 
@@ -45,13 +42,13 @@ def media(name: str, video: Path, out: Path, delay: float) -> dict[str, Any]:
         raise DnnvssError("has no sound", file=video, utterance=name, remedy="Give a recording with an audio stream")
     small = files.read(video, lambda path: _pictures(path, info.rate), _REMEDY)
     duration = float(len(small) / info.rate)
-    sound = laid(read_audio(video, RATE), delay - sound_start(video), round(duration * RATE))
+    sound = laid(read_audio(video, SPEECH_RATE), delay - sound_start(video), round(duration * SPEECH_RATE))
     if np.abs(sound).max(initial=0.0) < SILENT:
         raise DnnvssError("its sound is silence", file=video, utterance=name, remedy="Give a recording with speech")
     copy = out / "video" / f"{name}{video.suffix.lower()}"
     with files.replacing(copy) as temporary:
         shutil.copyfile(video, temporary)
-    copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", sound, RATE)
+    copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", sound, SPEECH_RATE)
     files.write_arrays(out / ".stages" / "media" / f"{name}.npz", thumbnails=small)
     return {"frames": len(small), "rate": str(info.rate), "size": list(info.size),
             "video": str(copy.relative_to(out)), "sound": str(copied.relative_to(out))}
@@ -94,6 +91,6 @@ def sound_start(video: Path) -> float:
 
 def laid(sound: np.ndarray, late: float, count: int) -> np.ndarray:
     """Return ``count`` samples of a sound that is ``late`` seconds late: cut at the start, or silence put before."""
-    shift = round(late * RATE)
+    shift = round(late * SPEECH_RATE)
     moved = sound[shift:] if shift >= 0 else np.concatenate([np.zeros(-shift, np.float32), sound])
     return np.pad(moved[:count], (0, max(0, count - len(moved))))

@@ -17,12 +17,12 @@ import torch
 from scipy.interpolate import CubicSpline
 from tqdm import tqdm
 
-from data_prep.media import RATE, laid
+from data_prep.media import laid
 from data_prep.stages import FOLDER, Workshop, fingerprint
 from dnnvss import files, robust
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.pose import fit_pose, mean_shape, to_reference
-from dnnvss.media import read_audio, write_wav
+from dnnvss.media import SPEECH_RATE, read_audio, write_wav
 from dnnvss.speech.align_features import HOP, cepstra
 
 REACH = 0.16
@@ -255,6 +255,6 @@ def in_step(name: str, out: Path, sound: Path, late: float) -> dict[str, Any]:
         sound: the sound as the file has it.
         late: seconds by which it is late.
     """
-    samples = read_audio(sound, RATE)
-    path = write_wav(out / "audio" / f"{name}.wav", laid(samples, late, len(samples)), RATE)
+    samples = read_audio(sound, SPEECH_RATE)
+    path = write_wav(out / "audio" / f"{name}.wav", laid(samples, late, len(samples)), SPEECH_RATE)
     return {"audio": str(path.relative_to(out))}

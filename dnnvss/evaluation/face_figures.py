@@ -21,7 +21,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, encode_clip, reconstruct
 from dnnvss.face.aam.labelling.sheet import write_picture
 from dnnvss.face.base import APERTURE
-from dnnvss.media import read_audio, read_video, write_video
+from dnnvss.media import SOUND_RATE, read_audio, read_video, write_video
 from dnnvss.render import Footage, Revoicer
 from dnnvss.render.plots import plot_modes, plot_residual
 from dnnvss.render.views import draw_mesh
@@ -29,7 +29,6 @@ from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
 
 _ZOOM, _BRIGHTER = 2.0, 4
-_SOUND_RATE = 48000
 _LINE = (255, 255, 255)
 
 
@@ -94,8 +93,8 @@ def write_tracked(path: Path, model: ActiveAppearanceModel, seen: Seen, corpus: 
         return [_meshed(image, model, points) if good else _large(image) for image, points, good in pairs]
 
     utterance = seen.utterance
-    sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
-    return write_video(path, frames(), utterance.clock.rate, sound, _SOUND_RATE)
+    sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
+    return write_video(path, frames(), utterance.clock.rate, sound, SOUND_RATE)
 
 
 def _meshed(image: np.ndarray, model: ActiveAppearanceModel, points: np.ndarray) -> np.ndarray:

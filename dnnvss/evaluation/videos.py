@@ -9,13 +9,12 @@ import numpy as np
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import resample
 from dnnvss.evaluation import Report
-from dnnvss.media import read_audio, read_video, write_video
+from dnnvss.media import SOUND_RATE, read_audio, read_video, write_video
 from dnnvss.render import Renderer
 from dnnvss.render.side_by_side import side_by_side
 from dnnvss.runs.run import Run
 from dnnvss.style.generator import PLAIN, make_style
 
-_SOUND_RATE = 48000
 _COLUMNS = 4
 """Faces a row at most."""
 
@@ -37,10 +36,10 @@ def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
     for utterance in (corpus.utterances[i] for i in ids):
         example, clock = run.example(utterance), run.task.clock
         faces = [renderer.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
-        sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
+        sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
         frames = side_by_side(_recorded(corpus, utterance, renderer.size), *faces, captions=["recorded", *styles])
         path = run.files.video(utterance.id)
-        written.append(write_video(path, frames, utterance.clock.rate, sound, _SOUND_RATE))
+        written.append(write_video(path, frames, utterance.clock.rate, sound, SOUND_RATE))
     return written
 
 
@@ -57,11 +56,11 @@ def write_systems(runs: Mapping[str, Run], corpus: Corpus, sentence: str, out: P
         faces.append(renderer.frames(resample(trajectory, run.task.clock, utterance.clock)))
         captions.append(name)
         size = renderer.size
-    sound = read_audio(corpus.path(utterance, "audio"), _SOUND_RATE) if utterance.audio else None
+    sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
     box = _face_box(corpus, utterance, size)
     cut = ((picture[box] for picture in face) for face in (_recorded(corpus, utterance, size), *faces))
     frames = side_by_side(*cut, captions=captions, columns=min(_COLUMNS, -(-len(captions) // 2)))
-    return write_video(out, frames, utterance.clock.rate, sound, _SOUND_RATE)
+    return write_video(out, frames, utterance.clock.rate, sound, SOUND_RATE)
 
 
 def _face_box(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> tuple[slice, slice]:

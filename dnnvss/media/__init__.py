@@ -1,7 +1,17 @@
 """Sound, video and pictures in and out. Knows nothing of corpora."""
 
-from dnnvss.media.reading import VideoInfo, read_audio, read_video, video_frames, video_info, write_wav
+from dnnvss.media.reading import (
+    SOUND_RATE,
+    SPEECH_RATE,
+    VideoInfo,
+    read_audio,
+    read_video,
+    video_frames,
+    video_info,
+    write_wav,
+)
 from dnnvss.media.sound import Sound
 from dnnvss.media.writing import write_video
 
-__all__ = ["Sound", "VideoInfo", "read_audio", "read_video", "video_frames", "video_info", "write_video", "write_wav"]
+__all__ = ["SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "read_audio", "read_video", "video_frames", "video_info",
+           "write_video", "write_wav"]

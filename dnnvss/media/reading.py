@@ -12,6 +12,12 @@ import scipy.io.wavfile
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 
+SPEECH_RATE = 16000
+"""Samples a second at which speech is analysed: prepared corpora, alignment, acoustics."""
+
+SOUND_RATE = 48000
+"""Samples a second of the sound of videos that are written."""
+
 _REMEDY = "Convert the file to MP4 (H.264, AAC) and check that it plays"
 
 
@@ -92,7 +98,7 @@ def video_frames(path: str | Path, size: tuple[int, int] | None = None, grey: bo
             raise DnnvssError("holds no frame", file=path, remedy=_REMEDY)
 
 
-def read_audio(path: str | Path, rate: int = 16000) -> np.ndarray:
+def read_audio(path: str | Path, rate: int = SPEECH_RATE) -> np.ndarray:
     """Return the sound of a wav or video file, mono float32 (samples,) in [-1, 1] at ``rate`` samples a second.
 
     Raises:

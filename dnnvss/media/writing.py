@@ -10,6 +10,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.media.reading import SOUND_RATE, SPEECH_RATE
 from dnnvss.timing import FrameClock
 
 _AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
@@ -23,7 +24,7 @@ def write_video(
     frames: Iterable[np.ndarray],
     rate: Fraction | int | float | str,
     audio: np.ndarray | None = None,
-    audio_rate: int = 16000,
+    audio_rate: int = SPEECH_RATE,
     quality: int = 18,
 ) -> Path:
     """Write frames, with sound where given, as MP4 and return the path.
@@ -99,7 +100,7 @@ class _Sound:
 
     def __init__(self, container: Any, samples: np.ndarray, rate: int) -> None:
         samples = np.clip(np.asarray(samples, dtype=np.float32).reshape(-1), -1, 1)
-        self.rate = rate if rate in _AAC_RATES else 48000
+        self.rate = rate if rate in _AAC_RATES else SOUND_RATE
         self.samples = samples if self.rate == rate else _resampled(samples, rate, self.rate)
         self.container, self.done = container, 0
         self.stream = container.add_stream("aac", rate=self.rate, layout="mono")

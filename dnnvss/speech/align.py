@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.media import SPEECH_RATE
 from dnnvss.speech.align_doubt import DOUBTFUL, Word, doubt, levels, noisy, score
 from dnnvss.speech.align_edges import sharpened
-from dnnvss.speech.align_sphinx import RATE, decode
+from dnnvss.speech.align_sphinx import decode
 from dnnvss.speech.align_tiers import tiers
 from dnnvss.timing import Alignment
 
@@ -69,7 +70,7 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
     for attempt, (start, end), gain, beam in _attempts(audio, bounds, slack):
         if beam < _BEAM and set(reasons) != {_NOT_FOUND}:
             break  # a path was found, and it does not fit: others are worse
-        sound = audio[int(start * RATE) : int(end * RATE)] * gain
+        sound = audio[int(start * SPEECH_RATE) : int(end * SPEECH_RATE)] * gain
         heard = decode(sound, [ways for _, ways in words], beam)
         if heard is None:
             reasons.append(_NOT_FOUND)
@@ -78,7 +79,7 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
         if not why:
             pieces = [(h.phone, h.word, h.start + start, h.end + start) for h in heard]
             scores = tuple(score([h for h in heard if h.word == k]) for k in range(len(words)))
-            found = tiers(pieces, [word for word, _ in words], len(audio) / RATE)
+            found = tiers(pieces, [word for word, _ in words], len(audio) / SPEECH_RATE)
             return Aligned(sharpened(found, audio) if sharp else found, scores, attempt)
         reasons.append(why)
     why = next((r for r in reasons if r != _NOT_FOUND), _NOT_FOUND)
@@ -90,8 +91,8 @@ def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
     if not words:
         raise DnnvssError("there is no word to align", remedy="Give the text that was said")
     least = _LEAST * sum(min(map(len, ways)) for _, ways in words)
-    if len(audio) < least * RATE:
-        raise DnnvssError(f"the sound lasts {len(audio) / RATE:.2f} s, {len(words)} words need {least:.2f} s at least",
+    if len(audio) < least * SPEECH_RATE:
+        raise DnnvssError(f"the sound lasts {len(audio) / SPEECH_RATE:.2f} s, {len(words)} words need {least:.2f} s at least",
                           remedy="Give the whole recording")
     if not np.isfinite(audio).all() or np.abs(audio).max() < QUIET:
         raise DnnvssError("the sound is silence", remedy="Give a recording with speech, loud enough")
@@ -102,7 +103,7 @@ def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
 def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,
               slack: float) -> Iterator[tuple[str, tuple[float, float], float, float]]:
     """Yield the name, the stretch in seconds, the gain and the beam of each attempt."""
-    whole = (0.0, len(audio) / RATE)
+    whole = (0.0, len(audio) / SPEECH_RATE)
     spoken = (bounds[0][0], bounds[-1][1]) if bounds else spoken_part(audio)
     crop = (max(0.0, spoken[0] - slack), min(whole[1], spoken[1] + slack))
     yield "spoken part", crop, 1.0, _BEAM
@@ -117,7 +118,7 @@ def spoken_part(audio: np.ndarray) -> tuple[float, float]:
     level = levels(audio)
     floor, peak = np.percentile(level, 10), np.percentile(level, 98)
     loud = np.flatnonzero(level > floor + 0.35 * (peak - floor))
-    return (loud[0] * 0.01, (loud[-1] + 1) * 0.01) if len(loud) else (0.0, len(audio) / RATE)
+    return (loud[0] * 0.01, (loud[-1] + 1) * 0.01) if len(loud) else (0.0, len(audio) / SPEECH_RATE)
 
 
 __all__ = ["DOUBTFUL", "QUIET", "Aligned", "UnfitError", "Word", "align", "spoken_part"]

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dnnvss.speech.align_sphinx import EDGE, RATE, STEP, Heard, free_scores
+from dnnvss.media import SPEECH_RATE
+from dnnvss.speech.align_sphinx import EDGE, STEP, Heard, free_scores
 
 Word = tuple[str, Sequence[tuple[str, ...]]]
 """A word as it is to be written in the tier, and its pronunciations, best first."""
@@ -47,7 +48,7 @@ more, with white noise as strong as the speech (0 dB) they have 5 to 12."""
 
 def levels(audio: np.ndarray) -> np.ndarray:
     """Return the level in decibels of every 10 ms of sound (n,) at 16 kHz."""
-    hop = RATE // 100
+    hop = SPEECH_RATE // 100
     frames = audio[: len(audio) // hop * hop].reshape(-1, hop).astype(float)
     return np.asarray(10 * np.log10((frames**2).mean(axis=1) + 1e-10))
 

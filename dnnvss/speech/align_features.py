@@ -5,8 +5,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.fft import dct
 
-RATE = 16000
-"""Samples a second."""
+from dnnvss.media import SPEECH_RATE
 
 HOP = 0.005
 """Seconds from one frame to the next; frame ``k`` is centred at ``(k + 0.5) * HOP``."""
@@ -23,7 +22,7 @@ def cepstra(audio: np.ndarray) -> np.ndarray:
     Args:
         audio: (n,) in [-1, 1] at 16 kHz; T is n // 80.
     """
-    hop, window = round(HOP * RATE), round(_WINDOW * RATE)
+    hop, window = round(HOP * SPEECH_RATE), round(_WINDOW * SPEECH_RATE)
     noise = np.random.default_rng(0).normal(0, 1e-4, len(audio))  # digital silence has no logarithm
     sound = audio.astype(float) + noise
     sound[1:] -= 0.97 * sound[:-1]
@@ -50,6 +49,6 @@ def _mel_bands() -> np.ndarray:
     """Return triangular bands (26, 257) equally spaced on the mel scale, 2595 log10(1 + f / 700)."""
     low, high = (2595 * np.log10(1 + f / 700) for f in (60.0, 7600.0))
     edges = 700 * (10 ** (np.linspace(low, high, _MELS + 2) / 2595) - 1)
-    frequency = np.arange(_BINS // 2 + 1) * RATE / _BINS
+    frequency = np.arange(_BINS // 2 + 1) * SPEECH_RATE / _BINS
     left, centre, right = edges[:-2, None], edges[1:-1, None], edges[2:, None]
     return np.maximum(0, np.minimum((frequency - left) / (centre - left), (right - frequency) / (right - centre)))

@@ -8,10 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from pocketsphinx import Decoder, get_model_path
 
+from dnnvss.media import SPEECH_RATE
 from dnnvss.phones import SILENCE
-
-RATE = 16000
-"""Samples a second that the acoustic model wants."""
 
 STEP = 0.01
 """Seconds from one frame of the acoustic model to the next."""
@@ -96,7 +94,7 @@ def free_scores(samples: np.ndarray) -> np.ndarray:
 
     Units are those of :class:`Heard`; beyond the last frame there are zeros to ``n // 160 + 1``.
     """
-    decoder, found = _phone_loop(), np.zeros(len(samples) * 100 // RATE + 1)
+    decoder, found = _phone_loop(), np.zeros(len(samples) * 100 // SPEECH_RATE + 1)
     _pass(decoder, _pcm(samples))
     for part in decoder.seg() or ():
         frames = slice(part.start_frame, part.end_frame + 1)

@@ -5,12 +5,11 @@ import pytest
 
 from data_prep import sync
 from data_prep.align import given
-from data_prep.media import RATE
 from data_prep.stages import Workshop
 from data_prep.sync import Sync, find_sync, in_step, shrunk
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import write_alignment
-from dnnvss.media import read_audio, write_wav
+from dnnvss.media import SPEECH_RATE, read_audio, write_wav
 from dnnvss.timing import Alignment, Tier
 
 GROUPS = {"lips_outer": (0, 4), "nose_base": (4, 6), "right_eye": (6, 8)}
@@ -24,7 +23,7 @@ def clip(late, rng, seconds=2.5):
     def opening(t):
         return sum(np.exp(-0.5 * ((t - s) / 0.05) ** 2) for s in starts)
 
-    frames, samples = (np.arange(round(seconds * 25)) + 0.5) / 25, np.arange(round(seconds * RATE)) / RATE
+    frames, samples = (np.arange(round(seconds * 25)) + 0.5) / 25, np.arange(round(seconds * SPEECH_RATE)) / SPEECH_RATE
     points = np.tile(STILL, (len(frames), 1, 1))
     points[:, 3, 1] += 6 * opening(frames)
     points += rng.normal(0, 0.1, points.shape) + rng.normal(0, 2, (1, 1, 2))
@@ -40,7 +39,7 @@ def test_late_sound_is_found(tmp_path, monkeypatch):
     for name, seconds in late.items():
         points, sound = clip(seconds, rng)
         seen[name] = points, np.ones(len(points), bool)
-        write_wav(tmp_path / f"{name}.wav", sound, RATE)
+        write_wav(tmp_path / f"{name}.wav", sound, SPEECH_RATE)
         sounds[name] = f"{name}.wav"
     shop = Workshop(tmp_path, jobs=1)
     found = find_sync(shop, sounds, seen, GROUPS, 25.0)
@@ -59,7 +58,7 @@ def test_groups_without_lips_are_an_error(tmp_path):
     points = np.zeros((10, 8, 2), np.float32)
     seen = {"a": (points, np.ones(10, bool))}
     with pytest.raises(DnnvssError, match="named after lip or mouth"):
-        write_wav(tmp_path / "a.wav", np.zeros(6400, np.float32), RATE)
+        write_wav(tmp_path / "a.wav", np.zeros(6400, np.float32), SPEECH_RATE)
         find_sync(Workshop(tmp_path, jobs=1), {"a": "a.wav"}, seen, {"all": (0, 8)}, 25.0)
 
 
@@ -82,12 +81,12 @@ def test_a_clip_whose_halves_contradict_stays():
 
 
 def test_sound_is_moved_and_keeps_its_length(tmp_path):
-    sound = np.zeros(RATE, np.float32)
+    sound = np.zeros(SPEECH_RATE, np.float32)
     sound[8000] = 0.5
-    write_wav(tmp_path / "raw.wav", sound, RATE)
+    write_wav(tmp_path / "raw.wav", sound, SPEECH_RATE)
     for late, at in ((0.05, 7200), (-0.05, 8800), (0.0, 8000)):
-        moved = read_audio(tmp_path / in_step("a", tmp_path, tmp_path / "raw.wav", late)["audio"], RATE)
-        assert len(moved) == RATE and int(np.argmax(moved)) == at
+        moved = read_audio(tmp_path / in_step("a", tmp_path, tmp_path / "raw.wav", late)["audio"], SPEECH_RATE)
+        assert len(moved) == SPEECH_RATE and int(np.argmax(moved)) == at
 
 
 def test_given_times_move_with_the_sound(tmp_path):
