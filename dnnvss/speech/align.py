@@ -92,7 +92,8 @@ def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
         raise DnnvssError("there is no word to align", remedy="Give the text that was said")
     least = _LEAST * sum(min(map(len, ways)) for _, ways in words)
     if len(audio) < least * SPEECH_RATE:
-        raise DnnvssError(f"the sound lasts {len(audio) / SPEECH_RATE:.2f} s, {len(words)} words need {least:.2f} s at least",
+        lasts = len(audio) / SPEECH_RATE
+        raise DnnvssError(f"the sound lasts {lasts:.2f} s, {len(words)} words need {least:.2f} s at least",
                           remedy="Give the whole recording")
     if not np.isfinite(audio).all() or np.abs(audio).max() < QUIET:
         raise DnnvssError("the sound is silence", remedy="Give a recording with speech, loud enough")

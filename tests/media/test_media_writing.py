@@ -104,7 +104,7 @@ _FULL_DISK = """
 import resource, signal, sys
 import numpy as np
 from dnnvss.errors import DnnvssError
-from dnnvss.render import write_video
+from dnnvss.media import write_video
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 noise = (np.random.default_rng(i).integers(0, 256, (64, 64, 3), dtype=np.uint8) for i in range(60))
