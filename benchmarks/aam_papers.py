@@ -16,7 +16,7 @@ import joblib
 from aam_reconstruction import settings
 
 from dnnvss.corpus import Corpus
-from dnnvss.face.aam import encode_corpus
+from dnnvss.face.encoding import encode_corpus
 
 
 def main() -> None:
@@ -35,7 +35,7 @@ def main() -> None:
     for name in arguments.aam:
         with tempfile.TemporaryDirectory() as folder, joblib.parallel_config(n_jobs=1):
             encoded = encode_corpus(corpus, splits, settings(name), folder, progress=False)
-            model, error = encoded.model, encoded.report["reconstruction"]["val"]
+            model, error = encoded.face, encoded.report["reconstruction"]["val"]
             kinds = Counter(parameter.rstrip("0123456789") for parameter in model.names)
             counts = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
             print(f"| {name} | {len(model.mean_shape)} | {counts} | {error['pixels']:.3f} | "

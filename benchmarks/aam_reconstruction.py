@@ -21,8 +21,10 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from dnnvss.corpus import Corpus
-from dnnvss.face.aam import AAMConfig, EncodedCorpus, corpus_clips, encode_corpus
+from dnnvss.face.aam import AAMConfig
 from dnnvss.face.aam.coding import measure_clip
+from dnnvss.face.clips import corpus_clips
+from dnnvss.face.encoding import EncodedCorpus, encode_corpus
 from dnnvss.render import Renderer, choose_neutral
 
 CONF = Path(__file__).resolve().parents[1] / "conf" / "aam"
@@ -57,7 +59,7 @@ def rate(work: Callable[[], int]) -> float:
 
 def speeds(corpus: Corpus, encoded: EncodedCorpus) -> dict[str, float]:
     """Return frames a second on one core of each step."""
-    model = encoded.model
+    model = encoded.face
     clips = corpus_clips(corpus, [corpus.utterances[i] for i in encoded.splits["test"][:4]])
     points, valid = clips[0].read_points(model.layout.needed)
     images = clips[0].read_images(len(points))

@@ -20,7 +20,6 @@ from dnnvss.evaluation.measures import Bench
 from dnnvss.evaluation.metrics import global_variance_ratio
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.runs import make_bench, read_run
-from dnnvss.face.aam import EncodedCorpus
 from dnnvss.formats.tables import aligned
 from dnnvss.runs.run import Run
 from dnnvss.style.generation import Style, Talker, generate
@@ -64,13 +63,12 @@ def main() -> None:
 def load(folder: Path, run: Run, split: str) -> list[Example]:
     """Return the examples of a split with their measured trajectories."""
     from dnnvss.corpus import Corpus
-    from dnnvss.evaluation.runs import _codes
+    from dnnvss.face.encoding import find_encoding
 
-    data = read_run(folder)
-    corpus, codes = Corpus.open(data.corpus), _codes(data)
-    variant = run.settings.split
-    encoded = EncodedCorpus(codes.parent, "", {}, {})
-    found = [u for u in corpus.split(split, variant) if (codes / f"{u.id}.npz").is_file()]
+    corpus = Corpus.open(read_run(folder).corpus)
+    encoded = find_encoding(corpus, run.files.face)
+    assert encoded is not None
+    found = [u for u in corpus.split(split, run.settings.split) if u.id not in encoded.dropped]
     clips = {u.id: encoded.clip(u.id) for u in found}
     return [run.task.example(u, clips[u.id].parameters, clips[u.id].valid) for u in found]
 

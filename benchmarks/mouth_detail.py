@@ -1,6 +1,6 @@
 """How sharp teeth and tongue are drawn, against the recording.
 
-    OMP_NUM_THREADS=1 python benchmarks/mouth_detail.py data/grid/aam/KEY [--clips 25]
+    OMP_NUM_THREADS=1 python benchmarks/mouth_detail.py data/grid/face/KEY [--clips 25]
 
 Draws frames of validation clips whose mouth is open (inner lips 4 pixels apart or more) from their own parameters
 into their own pictures. Inside the inner lips, as the landmarks have them: the gradient energy of the drawn picture

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 import joblib
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 
 from dnnvss import files
 from dnnvss.commands.plain import run_settings
@@ -15,11 +15,12 @@ from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import Report
 from dnnvss.evaluation.run import evaluate_run
-from dnnvss.face.aam import AAMConfig, EncodedCorpus, encode_corpus
+from dnnvss.face.encoding import FACE, EncodedCorpus, encode_corpus
 from dnnvss.render import choose_neutral
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.naming import check_begun, delete_run, run_name
 from dnnvss.runs.run import Run, make_model, provenance
+from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
 from dnnvss.style.generator import Generator, learn_talker, make_style
@@ -58,7 +59,7 @@ def train(config: DictConfig) -> float:
         files.write_json(places.provenance, provenance(settings, corpus.fingerprint))
 
     with joblib.parallel_config(backend="loky", n_jobs=config.jobs):
-        encoded = encode_with_aam(corpus, config)
+        encoded = encode(corpus, settings)
     plan = UnitPlan.from_config(config.visemes) if "visemes" in task.table.sources else None
     units = corpus_units(corpus, encoded, config.corpus.split, task.clock, plan) if plan else None
     visemes = units.tiers(plan, encoded.splits["train"]) if plan and units else None
@@ -77,15 +78,15 @@ def train(config: DictConfig) -> float:
     if plan and units:
         source, tiers = units.other_source(plan)
         others = {source: list(make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers))}
-    talker = learn_talker(task, model, examples, encoded.model)
+    talker = learn_talker(task, model, examples, encoded.face)
     talker.save(places.talker)
-    style = make_style(config.style, encoded.model)
+    style = make_style(config.style, encoded.face)
     styles = {} if style.plain else {config.style.name: style}
     notes: list[str] = []
     if plan and units:
         notes, scores = unit_notes(units, plan, examples["test"])
         files.write_json(places.unit_scores, scores)
-    report, numbers = evaluate_run(folder, corpus, Generator(task, model, talker), examples, encoded.model, styles,
+    report, numbers = evaluate_run(folder, corpus, Generator(task, model, talker), examples, encoded.face, styles,
                                    notes, others)
     headline = report.headline("model")
     if config.sample:
@@ -95,22 +96,21 @@ def train(config: DictConfig) -> float:
     return headline
 
 
-def encode_with_aam(corpus: Corpus, config: DictConfig) -> EncodedCorpus:
-    """Return the corpus as AAM parameters; the model is fitted on the training split alone, and kept for later runs."""
-    settings = AAMConfig.from_dict(OmegaConf.to_container(config.aam, resolve=True))  # type: ignore[arg-type]
-    ids = {name: [u.id for u in corpus.split(name, config.corpus.split)] for name in SPLITS}
-    encoded = encode_corpus(corpus, ids, settings, corpus.root / "aam")
+def encode(corpus: Corpus, settings: RunSettings) -> EncodedCorpus:
+    """The corpus as parameters of a face, which is fitted on the training split alone and kept for later runs."""
+    ids = {name: [u.id for u in corpus.split(name, settings.split)] for name in SPLITS}
+    encoded = encode_corpus(corpus, ids, settings.face_settings, corpus.root / "face")
     for utterance, reason in encoded.dropped.items():
         print(f"left out: utterance {utterance}: {reason}")
     return encoded
 
 
 def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: DictConfig) -> None:
-    """Write what synthesis needs beside the model: the AAM, the face, durations and the talker's phones."""
+    """Write what synthesis needs beside the model: the face and its picture, durations and the talker's phones."""
     train = [u for u in corpus.split("train", config.corpus.split) if u.id not in encoded.dropped]
     places = RunFiles(folder)
     with files.replacing(places.face) as temporary:
-        shutil.copyfile(encoded.folder / "aam.npz", temporary)
+        shutil.copyfile(encoded.folder / FACE, temporary)
     choose_neutral(corpus, encoded).save(places.picture)
     DurationModel.fit(train).save(places.durations)
     Voice.of(train, corpus.info).save(places.voice)

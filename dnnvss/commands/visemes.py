@@ -16,6 +16,7 @@ from omegaconf import OmegaConf
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
+from dnnvss.face.encoding import newest_encoding
 from dnnvss.formats.tables import markdown_table
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.visemes import (
@@ -29,7 +30,7 @@ from dnnvss.visemes import (
     learn,
     point_view,
 )
-from dnnvss.visemes.corpus import newest_encoding, viseme_clips, viseme_settings
+from dnnvss.visemes.corpus import viseme_clips, viseme_settings
 
 Pairs = list[tuple[Alignment, Clip]]
 
@@ -86,7 +87,7 @@ def main(arguments: list[str] | None = None) -> int:
         for split in ("train", "test"):
             clips = viseme_clips(corpus.split(split), encoded, clock)
             pairs[split] = [(corpus.utterances[name].alignment, clip) for name, clip in clips.items()]
-        print(report(pairs["train"], pairs["test"], clock, settings, options.units, point_view(encoded.model)), end="")
+        print(report(pairs["train"], pairs["test"], clock, settings, options.units, point_view(encoded.face)), end="")
     except DnnvssError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

@@ -1,6 +1,6 @@
 """``python -m dnnvss.evaluation.face_figures FOLDER``: what a face model has learnt, and how well it sees its talker.
 
-FOLDER is a run, or an encoding of a corpus (``data/NAME/aam/KEY``). Writes into FOLDER/face, or where --out says:
+FOLDER is a run, or an encoding of a corpus (``data/NAME/face/KEY``). Writes into FOLDER/face, or where --out says:
 
 - ``modes.png``: the first modes at -2, 0 and +2 standard deviations (Theobald et al. 2007, Figures 1 and 2);
 - ``reconstruction.png``: frames of an utterance as recorded, as the model draws them, and the difference;
@@ -21,6 +21,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, encode_clip, reconstruct
 from dnnvss.face.aam.labelling.sheet import write_picture
 from dnnvss.face.base import APERTURE
+from dnnvss.face.encoding import FACE
 from dnnvss.media import SOUND_RATE, read_audio, read_video, write_video
 from dnnvss.render import Footage, Revoicer
 from dnnvss.render.plots import plot_modes, plot_residual
@@ -123,10 +124,10 @@ def find_model(folder: Path) -> tuple[ActiveAppearanceModel, Path]:
     Raises:
         DnnvssError: there is none.
     """
-    model = ActiveAppearanceModel.load(RunFiles(folder).face)
-    if RunFiles(folder).config.is_file():
-        return model, RunSettings.load(folder).corpus_folder
-    return model, folder.parents[1]
+    places = RunFiles(folder)
+    if places.config.is_file():
+        return ActiveAppearanceModel.load(places.face), RunSettings.load(folder).corpus_folder
+    return ActiveAppearanceModel.load(folder / FACE), folder.parents[1]
 
 
 @command

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss import files
-from dnnvss.corpus import Corpus, Utterance
+from dnnvss.corpus import Corpus
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.measures import Bench, Sentence
-from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
-from dnnvss.face.aam.pose import to_reference
+from dnnvss.face.encoding import find_encoding
+from dnnvss.face.kinds import load_face
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
-from dnnvss.timing import FrameClock, fill_invalid
+from dnnvss.timing import FrameClock
 
 Arrays = dict[str, np.ndarray]
 _KINDS = ("predicted", "reference", "speech", "valid")
@@ -64,10 +64,10 @@ def read_run(folder: str | Path) -> RunData:
 def make_bench(runs: list[RunData], first: int = 5) -> Bench:
     """Return the bench of the first run, after a check that all runs were tested on the same sentences.
 
-    Landmarks are the tracked ones where the corpus's cache holds the codes of the run's appearance model.
+    Landmarks are the tracked ones where the corpus's cache holds the codes of the run's face.
 
     Raises:
-        DnnvssError: runs of other sentences, another appearance model or another rate; no such corpus; or more leading
+        DnnvssError: runs of other sentences, another face or another rate; no such corpus; or more leading
             coefficients than there are.
     """
     lead = runs[0]
@@ -83,19 +83,20 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
             raise DnnvssError(f"was tested on other sentences, another face or another rate than {lead.folder}",
                               file=run.folder, remedy="Compare runs of one corpus, split, face and rate")
     corpus = _same_corpus(lead)
-    model = ActiveAppearanceModel.load(RunFiles(lead.folder).face)
-    codes = _codes(lead)
+    face = load_face(RunFiles(lead.folder).face)
+    encoded = find_encoding(corpus, RunFiles(lead.folder).face)
     sentences = []
     for i, reference in lead.arrays["reference"].items():
         if i not in corpus.utterances:
             raise DnnvssError(f"is not in the corpus {corpus.root}", utterance=i, file=lead.folder,
                               remedy="Prepare the corpus that the run was trained on")
         utterance = corpus.utterances[i]
-        landmarks = _tracked(corpus, utterance, model, codes, lead.clock, len(reference)) if codes else None
+        tracked = encoded.tracked(corpus, i) if encoded else None
+        landmarks = None if tracked is None else resample(tracked, utterance.clock, lead.clock, count=len(reference))
         speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
         tier = utterance.alignment["phones"]
         sentences.append(Sentence(i, reference.astype(float), tier, speech, valid, landmarks))
-    return Bench(tuple(sentences), lead.clock, model, first)
+    return Bench(tuple(sentences), lead.clock, face, first)
 
 
 def _same_corpus(run: RunData) -> Corpus:
@@ -106,24 +107,3 @@ def _same_corpus(run: RunData) -> Corpus:
         raise DnnvssError(f"was trained on the corpus {trained_on}, and {corpus.root} now holds {corpus.fingerprint}",
                           file=run.folder, remedy="Prepare that corpus again, or train the run anew")
     return corpus
-
-
-def _codes(run: RunData) -> Path | None:
-    """Return the folder of clip codes made with the run's own appearance model, or None."""
-    own = RunFiles(run.folder).face.read_bytes()
-    for candidate in sorted(run.corpus.glob("aam/*/aam.npz")):
-        if candidate.stat().st_size == len(own) and candidate.read_bytes() == own:
-            return candidate.parent / "codes"
-    return None
-
-
-def _tracked(
-    corpus: Corpus, utterance: Utterance, model: ActiveAppearanceModel, codes: Path, clock: FrameClock, frames: int
-) -> np.ndarray:
-    """Return the tracked landmarks (T, P, 2) in the reference frame, the clip's own mean shape replaced by the
-    model's."""
-    code = ClipCode.load(codes / f"{utterance.id}.npz")
-    points, _ = corpus.landmarks(utterance)
-    own = points[:, model.layout.rows].astype(float)
-    still = to_reference(own, code.pose, model.reference.pivot) - code.shape_offset
-    return resample(fill_invalid(still, code.valid), utterance.clock, clock, count=frames)

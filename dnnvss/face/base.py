@@ -52,6 +52,15 @@ class Code(Protocol):
         """(F,) bool, whether a frame was measured."""
         ...
 
+    def save(self, path: Path, **more: np.ndarray) -> Path:
+        """Write the code, and ``more`` arrays beside it, as ``.npz``; return the path."""
+        ...
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """The code that :meth:`save` wrote."""
+        ...
+
 
 class Face(Protocol):
     """A face of any kind. Rules, constraints, metrics, keys, curves and streaming are written against this alone."""
@@ -97,7 +106,7 @@ class Face(Protocol):
         ...
 
     def save(self, path: Path) -> Path:
-        """Write the face and return the path."""
+        """Write the face as ``.npz``, its ``kind`` among the arrays, and return the path."""
         ...
 
     @classmethod

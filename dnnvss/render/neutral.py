@@ -10,8 +10,9 @@ import numpy as np
 from dnnvss import files, robust
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, EncodedCorpus
-from dnnvss.face.aam.report import speech_frames
+from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
+from dnnvss.face.encoding import EncodedCorpus
+from dnnvss.face.report import speech_span
 from dnnvss.media import read_video
 
 _FINALISTS = 12
@@ -79,19 +80,22 @@ def choose_neutral(
         most: no more clips than this are looked at, evenly spaced.
 
     Raises:
-        DnnvssError: no utterance was encoded.
+        DnnvssError: no utterance was encoded, or the face has no texture.
     """
+    model = encoded.face
+    if not isinstance(model, ActiveAppearanceModel):
+        raise DnnvssError(f"a face of the kind {model.kind} has no neutral frame", file=encoded.folder)
     ids = [i for i in (utterances or encoded.splits["train"]) if i not in encoded.dropped]
     ids = ids[::max(1, len(ids) // most)]
-    codes = {i: encoded.clip(i) for i in ids}
+    codes = {i: code for i in ids if isinstance(code := encoded.clip(i), ClipCode)}
     codes = {i: code for i, code in codes.items() if _rest_frames(corpus.utterances[i], code).any()}
     if not codes:
         raise DnnvssError("no utterance has a valid frame to render upon", file=encoded.folder)
-    best = sorted(_candidates(encoded.model, corpus, codes), key=lambda c: c.badness)[:_FINALISTS]
+    best = sorted(_candidates(model, corpus, codes), key=lambda c: c.badness)[:_FINALISTS]
     pictured = [(c, read_video(corpus.path(c.utterance, "video"))[c.frame]) for c in best]
-    chosen, image = max(pictured, key=lambda pair: _sharpness(encoded.model, pair[0].code, pair[0].frame, pair[1]))
+    chosen, image = max(pictured, key=lambda pair: _sharpness(model, pair[0].code, pair[0].frame, pair[1]))
     points, _ = corpus.landmarks(chosen.utterance)
-    code, own = chosen.code, points[chosen.frame, encoded.model.layout.rows].astype(np.float64)
+    code, own = chosen.code, points[chosen.frame, model.layout.rows].astype(np.float64)
     return Neutral(image, own, code.pose[chosen.frame], code.shape_offset, code.texture_offset,
                    f"{chosen.utterance.id}:{chosen.frame}")
 
@@ -99,7 +103,7 @@ def choose_neutral(
 def _rest_frames(utterance: Utterance, code: ClipCode) -> np.ndarray:
     """Return the valid silent frames (F,), or all valid ones where none is silent."""
     silent = np.ones(len(code.valid), dtype=bool)
-    silent[speech_frames(utterance, len(silent))] = False
+    silent[speech_span(utterance, len(silent))] = False
     return code.valid & silent if (code.valid & silent).any() else code.valid
 
 

@@ -44,12 +44,12 @@ class RunFiles:
     @property
     def face(self) -> Path:
         """The face whose parameters the system predicts."""
-        return self.folder / "aam.npz"
+        return self.folder / "face.npz"
 
     @property
     def picture(self) -> Path:
-        """The picture of the talker that the face is drawn into."""
-        return self.folder / "face.npz"
+        """The picture of the talker that the face is drawn into, where it has texture."""
+        return self.folder / "neutral.npz"
 
     @property
     def talker(self) -> Path:

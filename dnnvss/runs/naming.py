@@ -32,7 +32,7 @@ def run_name(settings: RunSettings, fingerprint: str) -> str:
 def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
     """The settings that change results, with the fingerprint of the corpus.
 
-    Those of dynamic visemes count where the labels have some.
+    Those of dynamic visemes count where the labels have some, those of the AAM where the face is one.
     """
     kept = {k: v for k, v in asdict(settings).items() if k not in _NOT_RESULTS}
     unused = [] if kept["trainer"].get("refine") else ["refine", "refine_rate"]
@@ -41,6 +41,8 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
     if "settings" in kept["model"]:
         own = {k: v for k, v in kept["model"]["settings"].items() if k not in quiet}
         kept["model"] = {**kept["model"], "settings": own}
+    if kept["face"]["kind"] != "aam":
+        del kept["aam"]
     if "visemes" not in settings.task.table.sources:
         del kept["visemes"]
     kept["corpus"] = {"fingerprint": fingerprint, "split": settings.split}

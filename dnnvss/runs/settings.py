@@ -11,6 +11,7 @@ from omegaconf import OmegaConf
 from dnnvss import files
 from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
+from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
 from dnnvss.runs.files import RunFiles
 from dnnvss.settings import read_settings, setting
@@ -33,6 +34,7 @@ class RunSettings:
     """What a run is trained with, in groups; each group is read by the room that it belongs to."""
 
     corpus: Mapping[str, Any]
+    face: Mapping[str, Any]
     aam: Mapping[str, Any]
     labels: Mapping[str, Any]
     visemes: Mapping[str, Any]
@@ -76,6 +78,17 @@ class RunSettings:
         """
         windows = WINDOWS[self.trajectory.windows]
         return Task(FeatureTable.from_config(dict(self.labels)), FrameClock(self.trajectory.rate), windows)
+
+    @property
+    def face_settings(self) -> FaceSettings:
+        """How the face is fitted: the group ``face``, over the group of its kind where there is one (``aam``).
+
+        Raises:
+            DnnvssError: an unknown kind or setting, or a value that means nothing.
+        """
+        chosen = dict(self.face)
+        kind = str(chosen.pop("kind"))
+        return read_face_settings(kind, {**{"aam": self.aam}.get(kind, {}), **chosen})
 
     @property
     def corpus_folder(self) -> Path:

@@ -11,7 +11,7 @@ from omegaconf import DictConfig
 from dnnvss.corpus import Corpus, checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, encode_clip
-from dnnvss.face.aam.coding import UnusableClipError
+from dnnvss.face.clips import UnusableClipError
 from dnnvss.formats import read_marks, read_npz
 from dnnvss.media import read_video, video_info
 from dnnvss.render import Footage, Renderer, Revoicer, walk

@@ -10,7 +10,7 @@ from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import Windows, derivatives, resample
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import EncodedCorpus
+from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FeatureTable, encode
 from dnnvss.phones import SILENCES
 from dnnvss.systems import Example

@@ -19,7 +19,7 @@ from tqdm import tqdm
 from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import EncodedCorpus
+from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FeatureTable, FrameCodes, encode
 from dnnvss.systems import Example
 from dnnvss.systems.examples import SPLITS
@@ -224,7 +224,7 @@ def _kept(folder: Path) -> CorpusUnits:
 def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan) -> CorpusUnits:
     clips = {name: viseme_clips(corpus.split(name, variant), encoded, clock) for name in SPLITS}
     visemes = learn(list(clips["train"].values()), clock, plan.learning,
-                    gesture_view(encoded.model, plan.learning.gestures))
+                    gesture_view(encoded.face, plan.learning.gestures))
     print(f"dynamic visemes: {len(visemes)} units from {len(clips['train'])} utterances")
     oracle = {i: visemes.tier(clip) for part in clips.values() for i, clip in part.items()}
     codes = {i: encode(corpus.utterances[i].alignment, corpus.utterances[i].text, plan.predictor.table, clock)

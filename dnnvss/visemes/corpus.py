@@ -3,11 +3,9 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from dnnvss import files
-from dnnvss.corpus import Corpus, Utterance
+from dnnvss.corpus import Utterance
 from dnnvss.curves import resample
-from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import EncodedCorpus
+from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.timing import FrameClock
 from dnnvss.visemes.units import Clip, VisemeSettings, aligned_clip
 
@@ -29,16 +27,3 @@ def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock:
             trajectory = resample(parameters, utterance.clock, clock, count=int(edges[-1] - edges[0]))
             clips[utterance.id] = aligned_clip(trajectory, utterance.alignment, clock)
     return clips
-
-
-def newest_encoding(corpus: Corpus) -> EncodedCorpus:
-    """Return the encoding of a corpus that was finished last.
-
-    Raises:
-        DnnvssError: there is none.
-    """
-    reports = sorted((corpus.root / "aam").glob("*/report.json"), key=lambda p: p.stat().st_mtime)
-    if not reports:
-        raise DnnvssError("was not encoded yet", file=corpus.root / "aam",
-                          remedy="Train a system first: python train.py")
-    return EncodedCorpus(reports[-1].parent, reports[-1].parent.name, {}, files.read_json(reports[-1])["dropped"])

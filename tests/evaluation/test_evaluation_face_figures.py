@@ -11,8 +11,8 @@ from face.aam_cases import CONFIG, SIZE
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import face_figures
 from dnnvss.evaluation.face_figures import main, residuals, see
-from dnnvss.face.aam import clips as clips_module
-from dnnvss.face.aam import encode_corpus
+from dnnvss.face import clips as clips_module
+from dnnvss.face.encoding import encode_corpus
 from dnnvss.media import read_video
 
 
@@ -24,7 +24,7 @@ def encoded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(clips_module, "read_video", np.load)
         splits = {"train": ["toy0", "toy1", "toy2"], "test": ["toy3"]}
-        return encode_corpus(toy, splits, CONFIG, root / "aam", progress=False).folder
+        return encode_corpus(toy, splits, CONFIG, root / "face", progress=False).folder
 
 
 def test_figures_of_an_encoding(encoded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

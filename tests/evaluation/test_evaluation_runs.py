@@ -17,8 +17,10 @@ from dnnvss.commands.compare import main
 from dnnvss.commands.plain import run_settings
 from dnnvss.curves import resample
 from dnnvss.evaluation.runs import make_bench, read_run
-from dnnvss.face.aam import Clip, encode_clip, fit_aam
+from dnnvss.face.aam import encode_clip, fit_aam
+from dnnvss.face.clips import Clip
 from dnnvss.media import write_video
+from dnnvss.runs.files import RunFiles
 from dnnvss.timing import FrameClock
 
 
@@ -38,9 +40,10 @@ def run(tmp_path_factory):
     data = corpus(tmp_path / "corpus", 3)
     model = fit_aam([c for _, c in toys(data)], data.info.landmark_groups, CONFIG, progress=False)
     folder = tmp_path / "run"
-    model.save(folder / "aam.npz")
-    cache = tmp_path / "corpus" / "aam" / "key"
-    model.save(cache / "aam.npz")
+    model.save(RunFiles(folder).face)
+    cache = tmp_path / "corpus" / "face" / "key"
+    model.save(cache / "face.npz")
+    files.write_json(cache / "report.json", {"face": "aam", "dropped": {}})
     reference = {}
     for name, clip in toys(data):
         code = encode_clip(model, clip.images(), *clip.landmarks(), 25.0)

@@ -8,7 +8,8 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
-from dnnvss.face.aam import AAMConfig, Clip, PointSet
+from dnnvss.face.aam import AAMConfig, PointSet
+from dnnvss.face.clips import Clip
 from dnnvss.timing import Alignment, Tier
 
 SIZE = (80, 96)

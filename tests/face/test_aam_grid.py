@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dnnvss.face.aam import AAMConfig, Clip, fit_aam
+from dnnvss.face.aam import AAMConfig, fit_aam
 from dnnvss.face.aam.coding import clip_errors, measure_clip
+from dnnvss.face.clips import Clip
 from dnnvss.media import read_video
 
 

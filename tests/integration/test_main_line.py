@@ -60,8 +60,8 @@ def speak(home: Path, out: str, *overrides: str) -> Path:
 
 def test_run_folder_holds_what_synthesis_and_reader_need(home: Path) -> None:
     names = {p.name for p in (home / "runs" / "ph").iterdir()}
-    assert {"config.yaml", "run.json", "model.pt", "aam.npz", "face.npz", "durations.npz", "voice.json", "metrics.json",
-            "metrics.md", "figures", "predictions", "tensorboard", "checkpoints", "talker.npz"} <= names
+    assert {"config.yaml", "run.json", "model.pt", "face.npz", "neutral.npz", "durations.npz", "voice.json",
+            "metrics.json", "metrics.md", "figures", "predictions", "tensorboard", "checkpoints", "talker.npz"} <= names
     table = json.loads((home / "runs" / "ph" / "metrics.json").read_text())
     assert set(table["systems"]) == {"model", "model, articulated", "training mean", "phone mean"}
     speech = table["systems"]["model"]["regions"]["speech"]

@@ -7,8 +7,9 @@ import pytest
 from face.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, corpus, face, picture
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel, encode_clip, encode_corpus, fit_aam, triangulate
-from dnnvss.face.aam import clips as clips_module
+from dnnvss.face import clips as clips_module
+from dnnvss.face.aam import ActiveAppearanceModel, encode_clip, fit_aam, triangulate
+from dnnvss.face.encoding import encode_corpus
 from dnnvss.render import Neutral, Renderer, choose_neutral, plots
 from dnnvss.render import neutral as neutral_module
 from dnnvss.render.painter import Painter
@@ -188,7 +189,7 @@ def test_the_neutral_frame_is_silent_valid_and_sharp(tmp_path: Path, monkeypatch
     name, frame = neutral.source.split(":")
     assert name == "toy3" and not 5 <= int(frame) < 15  # speech runs from 0.2 to 0.6 s
     points, _ = toy.landmarks(toy.utterances[name])
-    assert neutral.points == pytest.approx(points[int(frame), encoded.model.layout.rows])
+    assert neutral.points == pytest.approx(points[int(frame), encoded.face.layout.rows])
 
 
 def test_modes_and_the_models_own_picture(model: ActiveAppearanceModel, tmp_path: Path) -> None:

@@ -5,19 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.clips import Clip, ClipCode
+from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.model import ActiveAppearanceModel
 from dnnvss.face.aam.outliers import shape_distance
 from dnnvss.face.aam.pose import to_reference
+from dnnvss.face.clips import Clip, UnusableClipError
 from dnnvss.timing import fill_invalid
 
 _CHUNK = 64
 """Frames whose textures are held as floats at a time."""
-
-
-class UnusableClipError(DnnvssError):
-    """No frame of a clip can be used."""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,8 @@
 """The settings of the active appearance model."""
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.parts import Part
@@ -42,6 +40,8 @@ class AAMConfig:
             training frame.
         parts: sub-models that share out the points, each with modes of its own; one model of all where empty.
     """
+
+    face: ClassVar[str] = "aam"
 
     points: PointSet = field(default_factory=PointSet)
     kind: str = "combined"
@@ -95,13 +95,8 @@ class AAMConfig:
     def to_dict(self) -> dict[str, Any]:
         """Return plain containers, the inverse of :meth:`from_dict`.
 
-        Settings that came later are left out at their defaults, so that the hash of older models stays.
+        Settings that came later are left out at their defaults, so that models without them stay what they were.
         """
         plain = {f.name: getattr(self, f.name) for f in fields(self)} | {"points": self.points.to_dict()}
         plain["parts"] = [part.to_dict() for part in self.parts]
         return {name: value for name, value in plain.items() if name not in _LATER or value != _LATER[name]}
-
-    def key(self, *more: Any) -> str:
-        """Return a short hash of the settings and of ``more`` (plain containers)."""
-        text = json.dumps([self.to_dict(), *more], sort_keys=True, default=list)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -7,7 +7,6 @@ import numpy as np
 from tqdm import tqdm
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.clips import Clip
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.decomposition import find_modes
@@ -26,6 +25,7 @@ from dnnvss.face.aam.outliers import (
 from dnnvss.face.aam.parts import supports
 from dnnvss.face.aam.points import Layout
 from dnnvss.face.aam.pose import PoseReference, mean_shape, to_reference
+from dnnvss.face.clips import Clip
 from dnnvss.robust import robust_limit
 
 _MEMORY = 2**30

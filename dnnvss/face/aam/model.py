@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from dnnvss import files
+from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.mesh import Warp
@@ -130,6 +131,11 @@ class ActiveAppearanceModel:
         """Return what is added to a texture for its colour, (..., N, 3) float32; zero if all channels are modelled."""
         return np.zeros((), dtype=np.float32) if self.colours is None else self.colours.nearest(parameters)
 
+    def stabilise(self, landmarks: np.ndarray, code: ClipCode) -> np.ndarray:
+        """The modelled points (F, P, 2) of tracked landmarks (F, L, 2), the clip's own mean replaced by the model's."""
+        own = landmarks[:, self.layout.rows].astype(float)
+        return to_reference(own, code.pose, self.reference.pivot) - code.shape_offset
+
     def place(self, points: np.ndarray, pose: np.ndarray) -> np.ndarray:
         """Return reference points (..., P, 2) in picture pixels for poses (..., 4)."""
         return to_image(points, pose, self.reference.pivot)
@@ -162,10 +168,10 @@ class ActiveAppearanceModel:
                            "limits": vars(self.limits), "smoothing": self.reference.smoothing, "scale": self.warp.scale,
                            "shape_weight": self.shape_weight})
         return files.write_arrays(
-            path, settings=np.array(text), stable=self.reference.stable, mean_shape=self.mean_shape,
-            texture_shape=self.warp.shape, triangles=self.warp.triangles, mean_texture=self.mean_texture,
-            shape_modes=self.shape_modes, texture_modes=self.texture_modes, deviations=self.deviations,
-            spread=self.spread, **colours)
+            path, settings=np.array(text), kind=np.array(self.kind), stable=self.reference.stable,
+            mean_shape=self.mean_shape, texture_shape=self.warp.shape, triangles=self.warp.triangles,
+            mean_texture=self.mean_texture, shape_modes=self.shape_modes, texture_modes=self.texture_modes,
+            deviations=self.deviations, spread=self.spread, **colours)
 
     @classmethod
     def load(cls, path: str | Path) -> "ActiveAppearanceModel":

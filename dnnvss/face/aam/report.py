@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from dnnvss import robust
-from dnnvss.corpus import Corpus, Utterance
-from dnnvss.face.aam.clips import ClipCode
+from dnnvss.corpus import Corpus
+from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.model import ActiveAppearanceModel
-from dnnvss.phones import SILENCES
+from dnnvss.face.report import between_share, speech_span
 
 OFF_COLOUR = 6.0
 """Robust standard deviations by which a clip's mean colour must differ from the others' to be reported."""
@@ -21,7 +21,7 @@ def build_report(
     corpus: Corpus,
     splits: Mapping[str, Sequence[str]],
     codes: Path,
-    dropped: Mapping[str, str],
+    encoded: Sequence[str],
 ) -> dict[str, Any]:
     """Return plain containers that say how good an encoding is.
 
@@ -30,10 +30,8 @@ def build_report(
     variance over the train split that lies between clips (variance of the clip means over the total), over speech and
     over all frames, as used (clip means removed) and with the clip means put back. ``outliers``: for each utterance
     the frames that were left out, by reason. ``off_colour``: utterances whose mean colour is far from the others'.
-    ``dropped``: utterances without a usable frame.
     """
-    wanted = sorted({i for split in splits.values() for i in split} - set(dropped))
-    read = {i: ClipCode.load(codes / f"{i}.npz") for i in wanted}
+    read = {i: ClipCode.load(codes / f"{i}.npz") for i in encoded}
     train = [i for i in splits["train"] if i in read]
     return {
         "points": model.config.points.name, "kind": model.config.kind, "modes": model.size,
@@ -43,7 +41,6 @@ def build_report(
         "between_clips": _between_clips(model, corpus, train, read),
         "outliers": {i: code.outliers for i, code in read.items() if code.outliers},
         "off_colour": _off_colour(read),
-        "dropped": dict(dropped),
     }
 
 
@@ -58,29 +55,6 @@ def _errors(paths: Sequence[Path]) -> dict[str, float]:
             "grey_levels_without_offset": round(float(rms[1, 1]), 3), "frames": int(total[2, 0])}
 
 
-def between_share(clips: Sequence[np.ndarray]) -> np.ndarray:
-    """Return for each column the share (D,) of its variance that lies between clips.
-
-    With clips of frames (F_i, D), the share is the variance of the clip means (each weighted by its frames) over the
-    variance of all frames.
-    """
-    sizes = np.array([len(c) for c in clips], dtype=float)
-    means = np.stack([c.mean(axis=0, dtype=np.float64) for c in clips])
-    grand = sizes @ means / sizes.sum()
-    between = sizes @ (means - grand) ** 2 / sizes.sum()
-    total = sum(((c - grand) ** 2).sum(axis=0) for c in clips) / sizes.sum()
-    return between / np.maximum(total, 1e-300)
-
-
-def speech_frames(utterance: Utterance, frames: int) -> slice:
-    """Return the frames from the first phone's start to the last phone's end; all frames where nothing is spoken."""
-    spoken = [s for s in utterance.alignment["phones"] if s.label not in SILENCES]
-    if not spoken:
-        return slice(0, frames)
-    first, last = utterance.clock.edges(np.array([spoken[0].start, spoken[-1].end]))
-    return slice(max(int(first), 0), min(int(last), frames))
-
-
 def _between_clips(
     model: ActiveAppearanceModel, corpus: Corpus, train: Sequence[str], read: Mapping[str, ClipCode]
 ) -> dict[str, list[float]]:
@@ -89,7 +63,7 @@ def _between_clips(
         code = read[i]
         offset = model.project(code.shape_offset[None], code.texture_offset[None])
         spoken = np.zeros(len(code.valid), dtype=bool)
-        spoken[speech_frames(corpus.utterances[i], len(spoken))] = True
+        spoken[speech_span(corpus.utterances[i], len(spoken))] = True
         speech.append(code.parameters[spoken & code.valid])
         whole.append(code.parameters[code.valid])
         speech_back.append(speech[-1] + offset)

@@ -1,0 +1,58 @@
+"""A clip as parameters of the model, with what is needed to put it back into its picture."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+
+@dataclass(frozen=True)
+class ClipCode:
+    """A clip as parameters of the model, with what is needed to put it back into its picture.
+
+    Args:
+        parameters: (F, D) float32; frames that are not valid are interpolated between their neighbours.
+        pose: (F, 4) float32, smoothed head pose (see :mod:`dnnvss.face.aam.pose`).
+        shape_offset: (P, 2) float32, the clip's mean shape less the model's.
+        texture_offset: (N, 3) float32, the clip's mean texture less the model's.
+        valid: (F,) bool; False where the landmarks were, or where the frame is an outlier.
+        outliers: reason to the frames that were left out for it.
+    """
+
+    parameters: np.ndarray
+    pose: np.ndarray
+    shape_offset: np.ndarray
+    texture_offset: np.ndarray
+    valid: np.ndarray
+    outliers: dict[str, list[int]] = field(default_factory=dict)
+
+    def save(self, path: str | Path, **more: np.ndarray) -> Path:
+        """Write the code, and ``more`` arrays beside it, as ``.npz`` and return the path."""
+        names = sorted(self.outliers)
+        return files.write_arrays(
+            path, parameters=self.parameters, pose=self.pose, shape_offset=self.shape_offset,
+            texture_offset=self.texture_offset.astype(np.float16), valid=self.valid,
+            outlier_reasons=np.array(names, dtype=str),
+            outlier_frames=np.array([[n in self.outliers and f in self.outliers[n] for f in range(len(self.valid))]
+                                     for n in names], dtype=bool), **more)
+
+    @classmethod
+    def load(cls, path: str | Path) -> "ClipCode":
+        """Return a code that :meth:`save` wrote.
+
+        Raises:
+            DnnvssError: the file is missing or damaged.
+        """
+        remedy = "Delete it and run the command again"
+        arrays = files.read_arrays(path, remedy)
+        missing = {"parameters", "pose", "shape_offset", "texture_offset", "valid", "outlier_reasons",
+                   "outlier_frames"} - set(arrays)
+        if missing:
+            raise DnnvssError(f"lacks {sorted(missing)}", file=path, remedy=remedy)
+        marks = zip(arrays["outlier_reasons"], arrays["outlier_frames"], strict=True)
+        outliers = {str(reason): np.flatnonzero(row).tolist() for reason, row in marks}
+        return cls(arrays["parameters"], arrays["pose"], arrays["shape_offset"],
+                   arrays["texture_offset"].astype(np.float32), arrays["valid"], outliers)

@@ -1,0 +1,207 @@
+"""The cached stage between a corpus and its systems: fit a face, encode every clip, report."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from dnnvss import files
+from dnnvss.corpus import Corpus
+from dnnvss.errors import DnnvssError
+from dnnvss.face.base import Code, Face
+from dnnvss.face.clips import Clip, UnusableClipError, corpus_clips
+from dnnvss.face.kinds import FaceKind, FaceSettings, face_kind
+from dnnvss.timing import fill_invalid
+
+FACE, CODES, REPORT = "face.npz", "codes", "report.json"
+"""What lies in the folder of an encoding."""
+_BATCH = 32
+
+
+@dataclass(frozen=True)
+class EncodedCorpus:
+    """A folder with a fitted face, the code of every clip (``codes/<id>.npz``) and ``report.json``.
+
+    Args:
+        folder: where they are.
+        key: hash of the corpus, the splits and the settings that they were made from.
+        kind: of the face.
+        splits: name of a split to its utterance ids, as they were encoded.
+        dropped: utterance id to the reason why it has no code.
+    """
+
+    folder: Path
+    key: str
+    kind: str
+    splits: dict[str, tuple[str, ...]]
+    dropped: dict[str, str]
+
+    @classmethod
+    def open(cls, folder: Path, splits: Mapping[str, Sequence[str]] | None = None) -> "EncodedCorpus":
+        """The encoding in a folder.
+
+        Raises:
+            DnnvssError: it was not finished, or its report is damaged.
+        """
+        report = files.read_json(folder / REPORT, f"Delete {folder} and run the command again")
+        ids = {name: tuple(split) for name, split in (splits or {}).items()}
+        return cls(folder, folder.name, report["face"], ids, report["dropped"])
+
+    @cached_property
+    def face(self) -> Face:
+        """The face, read when it is first asked for."""
+        return face_kind(self.kind).load(self.folder / FACE)
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """What the encoding is worth, as its kind measures it, and what was dropped."""
+        report: dict[str, Any] = files.read_json(self.folder / REPORT)
+        return report
+
+    def clip(self, utterance: str) -> Code:
+        """The code of an utterance.
+
+        Raises:
+            DnnvssError: it was not encoded (the message says why), or its file is damaged.
+        """
+        if utterance in self.dropped:
+            raise DnnvssError(f"was not encoded: {self.dropped[utterance]}", utterance=utterance)
+        return face_kind(self.kind).load_code(self.folder / CODES / f"{utterance}.npz")
+
+    def tracked(self, corpus: Corpus, utterance: str) -> np.ndarray | None:
+        """The tracked points (F, P, 2 or 3) of an utterance in the face's frame; None where it has no landmarks.
+
+        What is the recording's own, head pose first of all, is taken out (see :attr:`FaceKind.stabilise`); frames that
+        are not valid are interpolated.
+        """
+        record = corpus.utterances[utterance]
+        if record.landmarks is None:
+            return None
+        code = self.clip(utterance)
+        points = face_kind(self.kind).stabilise(self.face, corpus.landmarks(record)[0], code)
+        return fill_invalid(points, code.valid)
+
+
+def encode_corpus(
+    corpus: Corpus,
+    splits: Mapping[str, Sequence[str]],
+    settings: FaceSettings,
+    folder: str | Path = "face",
+    *,
+    progress: bool = True,
+) -> EncodedCorpus:
+    """Every utterance of the splits as parameters of a face that is fitted on the split ``train`` alone.
+
+    The work goes to ``folder/<key>``, where the key is a hash of the corpus, the splits and the settings. A second call
+    opens what the first one made; a call after a kill does what is left. Clips are shared out by joblib (choose the
+    backend with ``joblib.parallel_config``).
+
+    Args:
+        corpus: a prepared corpus.
+        splits: name to utterance ids, ``train`` among them.
+        settings: of the face; they say of which kind it is.
+        folder: folder of all encodings.
+        progress: show progress bars.
+
+    Raises:
+        DnnvssError: no ``train`` split, an unknown utterance, or a corpus that the settings do not fit.
+    """
+    ids = {name: tuple(split) for name, split in splits.items()}
+    if not ids.get("train"):
+        raise DnnvssError(f"no utterance in split 'train'; there are {sorted(ids)}", remedy="Give a split named train")
+    for unknown in (i for split in ids.values() for i in split if i not in corpus.utterances):
+        raise DnnvssError("is in a split and not in the corpus", utterance=unknown, file=corpus.root / "corpus.json")
+    kind = face_kind(settings.face)
+    home = Path(folder) / _key(kind, settings, corpus, ids)
+    if not (home / REPORT).is_file():
+        _make(kind, settings, corpus, ids, home, progress)
+    return EncodedCorpus.open(home, ids)
+
+
+def newest_encoding(corpus: Corpus) -> EncodedCorpus:
+    """The encoding of a corpus that was finished last.
+
+    Raises:
+        DnnvssError: there is none.
+    """
+    reports = sorted((corpus.root / "face").glob(f"*/{REPORT}"), key=lambda p: p.stat().st_mtime)
+    if not reports:
+        raise DnnvssError("was not encoded yet", file=corpus.root / "face",
+                          remedy="Train a system first: python train.py")
+    return EncodedCorpus.open(reports[-1].parent)
+
+
+def find_encoding(corpus: Corpus, face: Path) -> EncodedCorpus | None:
+    """The encoding of a corpus that was made with the face in a file, None where it is not kept."""
+    own = face.read_bytes()
+    for path in sorted((corpus.root / "face").glob(f"*/{FACE}")):
+        if path.stat().st_size == len(own) and path.read_bytes() == own and (path.parent / REPORT).is_file():
+            return EncodedCorpus.open(path.parent)
+    return None
+
+
+def _key(kind: FaceKind, settings: FaceSettings, corpus: Corpus, splits: Mapping[str, Sequence[str]]) -> str:
+    parts = [kind.name, kind.version, kind.plain(settings), corpus.fingerprint, splits]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=list).encode()).hexdigest()[:16]
+
+
+def _make(kind: FaceKind, settings: FaceSettings, corpus: Corpus, splits: Mapping[str, Sequence[str]], home: Path,
+          progress: bool) -> None:
+    """Fit, encode and report what is not there yet; the report is written last."""
+    face = _fitted(kind, settings, corpus, splits["train"], home / FACE, progress)
+    everything = sorted({i for split in splits.values() for i in split})
+    clips = corpus_clips(corpus, [corpus.utterances[i] for i in everything])
+    dropped = _encode(kind, home, clips, progress)
+    kept = [i for i in everything if i not in dropped]
+    report = kind.report(face, corpus, splits, home / CODES, kept)
+    files.write_json(home / REPORT, {"face": kind.name, **report, "dropped": dropped})
+
+
+def _fitted(kind: FaceKind, settings: FaceSettings, corpus: Corpus, train: Sequence[str], path: Path,
+            progress: bool) -> Face:
+    if path.is_file():
+        return kind.load(path)
+    clips = corpus_clips(corpus, [corpus.utterances[i] for i in train])
+    face = kind.fit(clips, corpus.info.landmark_groups, settings, progress=progress)
+    face.save(path)
+    return face
+
+
+def _encode(kind: FaceKind, home: Path, clips: Sequence[Clip], progress: bool) -> dict[str, str]:
+    """Write the code of each clip that has none yet, and return the clips that cannot be encoded with the reason.
+
+    Workers read the face from its file, once each, rather than with every clip.
+    """
+    import joblib  # slow to import, and synthesis needs none of it
+
+    left = [clip for clip in clips if not (home / CODES / f"{clip.id}.npz").is_file()]
+    jobs = [joblib.delayed(_encode_one)(kind.name, home, clip) for clip in left]
+    dropped: dict[str, str] = {}
+    with tqdm(total=len(clips), initial=len(clips) - len(left), desc="encoding clips", unit="clip",
+              disable=not progress) as bar:
+        for start in range(0, len(jobs), _BATCH):
+            done = joblib.Parallel()(jobs[start:start + _BATCH])
+            dropped |= {utterance: reason for utterance, reason in done if reason}
+            bar.update(len(done))
+    return dropped
+
+
+@lru_cache(maxsize=1)
+def _opened(kind: str, path: Path) -> Face:
+    return face_kind(kind).load(path)
+
+
+def _encode_one(name: str, home: Path, clip: Clip) -> tuple[str, str]:
+    """Write a clip's code and return its id and, where none of its frames is usable, the reason."""
+    try:
+        encoded = face_kind(name).encode(_opened(name, home / FACE), clip)
+    except UnusableClipError as error:
+        return clip.id, error.problem
+    encoded.code.save(home / CODES / f"{clip.id}.npz", **encoded.notes)
+    return clip.id, ""
