@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from data_prep.align import lateness
 from data_prep.stages import FOLDER, Workshop, fingerprint
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import spanning
 from dnnvss.media import SPEECH_RATE, read_audio
@@ -69,7 +70,7 @@ def learn_voice(
     path = shop.out / FOLDER / "voice" / f"{key}.npz"
     if not path.is_file():
         for old in path.parent.glob("*.npz"):
-            old.unlink()
+            files.remove(old)
         features = [cepstra(read_audio(tasks[n]["audio"])) for n in tqdm(names, desc="cepstra")]
         phones = (*sorted({p for t in tasks.values() for _, ways in t["words"] for way in ways for p in way}), SILENCE)
         own_voice(phones, features, [known[n] for n in names], [tasks[n] for n in names]).write(path)

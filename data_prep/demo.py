@@ -88,7 +88,7 @@ def _forget_incomplete(out: Path, names: dict[str, str]) -> None:
     """Let utterances be made again whose media somebody removed."""
     for name in names:
         if not all((out / path).is_file() for path in _paths(name).values()):
-            (out / FOLDER / _STAGE / f"{name}.json").unlink(missing_ok=True)
+            files.remove(out / FOLDER / _STAGE / f"{name}.json")
 
 
 def _write_video(path: Path, take: Take, size: int) -> None:

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,7 +48,7 @@ class Workshop:
         done = {name: _finished(self._file(stage, name), key) for name, key in keys.items()}
         waiting = [name for name, result in done.items() if result is None]
         if waiting:
-            (self.out / "corpus.json").unlink(missing_ok=True)  # what is being changed cannot be opened
+            files.remove(self.out / "corpus.json")  # what is being changed cannot be opened
             calls = (joblib.delayed(_one)(self, stage, name, keys[name], work, tasks[name]) for name in waiting)
             with workers(self.backend, self.jobs) as order:
                 results: Iterable[tuple[str, Any]] = joblib.Parallel(return_as=order)(calls)
@@ -59,9 +60,10 @@ class Workshop:
         return self.out / FOLDER / stage / f"{name}.json"
 
     def sweep(self) -> None:
-        """Remove the temporary files of workers that were killed."""
-        for part in self.out.rglob(".*.part*"):
-            part.unlink(missing_ok=True)
+        """Remove the temporary files of workers that were killed, if that can be done: it comes after everything."""
+        with suppress(OSError):
+            for part in self.out.rglob(".*.part*"):
+                part.unlink(missing_ok=True)
 
 
 def fingerprint(*values: Any) -> str:

@@ -44,14 +44,32 @@ def replacing(path: str | Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        begun = temporary is not None
-        if begun and error.filename is not None and Path(error.filename) not in (temporary, path, path.parent):
-            raise  # the trouble is with another file, which the block names better
-        remedy = remedy_for(error) or _FULL
+        if temporary is not None and _is_of_another(error, (temporary, path, path.parent)):
+            raise  # the block names that file better
+        remedy = remedy_for(error) or _CLOSED
         raise DnnvssError(f"cannot be written ({error.strerror or error})", file=path, remedy=remedy) from error
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def remove(path: str | Path) -> None:
+    """Remove a file, if it is there.
+
+    Raises:
+        DnnvssError: it is there and cannot be removed.
+    """
+    try:
+        Path(path).unlink(missing_ok=True)
+    except OSError as error:
+        raise DnnvssError(f"cannot be removed ({error.strerror or error})", file=path,
+                          remedy=remedy_for(error) or _CLOSED) from error
+
+
+def _is_of_another(error: OSError, ours: tuple[Path, ...]) -> bool:
+    """Whether an error names files, and none of ours; a copy that fails names what it reads and what it writes."""
+    named = {Path(os.fsdecode(name)) for name in (error.filename, error.filename2) if name is not None}
+    return bool(named) and not named & set(ours)
 
 
 def write_text(path: str | Path, text: str) -> Path:

@@ -19,10 +19,10 @@ from dnnvss.commands.entry import command
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, encode_clip, reconstruct
-from dnnvss.face.aam.labelling.sheet import write_picture
 from dnnvss.face.base import APERTURE
 from dnnvss.face.encoding import FACE
 from dnnvss.media import SOUND_RATE, read_audio, read_video, write_video
+from dnnvss.media.pictures import write_picture
 from dnnvss.render import Footage, Revoicer
 from dnnvss.render.plots import plot_modes, plot_residual
 from dnnvss.render.views import draw_mesh

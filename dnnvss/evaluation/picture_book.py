@@ -12,10 +12,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.media import write_video
+from dnnvss.media.pictures import write_picture
 from dnnvss.render.plots import synthesise
 from dnnvss.runs.run import Run
 from dnnvss.visemes import REST, Visemes
@@ -40,8 +40,7 @@ def draw_units(path: Path, visemes: Visemes, face: ActiveAppearanceModel, pictur
     strips = [_strip(visemes, unit, face, pictures) for unit in range(len(visemes))]
     strips += [np.full_like(strips[0], 255)] * (-len(strips) % across)
     rows = [np.concatenate(strips[i : i + across], axis=1) for i in range(0, len(strips), across)]
-    with files.replacing(path) as temporary:
-        cv2.imwrite(str(temporary), cv2.cvtColor(np.concatenate(rows), cv2.COLOR_RGB2BGR))
+    write_picture(path, np.concatenate(rows))
     return path
 
 

@@ -81,7 +81,7 @@ class CodeStore(FrameCodes):
     def save(self, folder: str | Path) -> Path:
         """Write one ``.npy`` an array and, last, the index without which it is no store; return the folder."""
         folder = Path(folder)
-        (folder / _INDEX).unlink(missing_ok=True)
+        files.remove(folder / _INDEX)
         for name, array in self.arrays.items():
             with files.replacing(folder / f"{name}.npy") as temporary:
                 np.save(temporary, array)

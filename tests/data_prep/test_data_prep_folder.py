@@ -1,8 +1,11 @@
 """A folder of recordings becomes a corpus; what is wrong with a recording is said, and costs that recording alone."""
 
+import errno
+import os
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -235,3 +238,67 @@ def test_phones_are_heard_where_no_times_are_given_and_landmarks_come_in_any_for
         np.testing.assert_allclose(points[valid], demo.landmarks(demo.utterances[name])[0][valid], atol=1e-4)
         starts = [[s.start for s in x.alignment["words"] if s.label] for x in (u, demo.utterances[name])]
         assert np.median(np.abs(np.subtract(*starts))) < 0.03
+
+
+def place_of(path: Path, out: Path) -> str:
+    """Name the kind of a file in a corpus: its folder, or its own name at the top."""
+    inside = path.relative_to(out)
+    return inside.parent.as_posix() if len(inside.parts) > 1 else inside.name
+
+
+def test_a_disk_that_is_full_ends_every_stage_in_one_line_and_is_resumed(
+    recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real, out, seen, full = files.replacing, tmp_path / "out", [], []
+
+    @contextmanager
+    def watched(path: str | Path) -> Iterator[Path]:
+        with real(path) as temporary:
+            yield temporary
+            if (place := place_of(Path(path), out)) not in seen:
+                seen.append(place)
+                full.append(path)
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(files, "replacing", watched)
+    for _ in range(99):
+        stopped = len(full)
+        try:
+            prepare_folder(recordings, out, jobs=1)
+        except DnnvssError as error:
+            assert len(full) == stopped + 1 and Path(str(error.file)) == full[-1]
+            assert "No space left" in str(error) and "it resumes" in str(error) and "\n" not in str(error)
+            assert not list(out.rglob(".*part*")) and not (out / "corpus.json").exists()
+        else:
+            break
+    assert {"video", ".stages/media", ".stages/sound", ".stages/landmarks", "audio", "landmarks",
+            ".stages/given alignment", ".stages/digest", "splits", "report.md", "utterances.jsonl",
+            "corpus.json"} <= set(seen)
+    monkeypatch.undo()
+    whole = Corpus.open(prepare_folder(recordings, tmp_path / "whole", jobs=1))
+    assert Corpus.open(out).fingerprint == whole.fingerprint
+
+
+def test_a_copy_onto_a_full_disk_is_no_fault_of_the_recording(
+    recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(source: Path, target: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(source), None, str(target))
+
+    monkeypatch.setattr(shutil, "copyfile", full)
+    with pytest.raises(DnnvssError, match=r"out/video/demo_000\.mp4: cannot be written \(No space"):
+        prepare_folder(recordings, tmp_path / "out", jobs=1)
+
+
+@pytest.mark.parametrize("blocked", ["", "corpus.json", "video", ".stages", ".stages/media", "splits"])
+def test_a_place_that_cannot_be_written_is_said_in_one_line(
+    blocked: str, recordings: Path, tmp_path: Path
+) -> None:
+    """A file where a folder is to be, or a folder where a file: that stops the user with all rights too."""
+    path = tmp_path / "out" / blocked
+    if blocked == "corpus.json":
+        (path / "inside").mkdir(parents=True)
+    else:
+        files.write_text(path, "in the way")
+    with pytest.raises(DnnvssError, match=r"out.*cannot be (written|removed) .*Choose another place"):
+        prepare_folder(recordings, tmp_path / "out", jobs=1)

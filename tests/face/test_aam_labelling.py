@@ -13,8 +13,9 @@ from dnnvss.face.aam.labelling.doubts import doubts
 from dnnvss.face.aam.labelling.guess import moving_mouth, place
 from dnnvss.face.aam.labelling.imports import import_into
 from dnnvss.face.aam.labelling.schemes import SCHEMES, find_scheme
-from dnnvss.face.aam.labelling.sheet import Label, Sheet, write_picture
+from dnnvss.face.aam.labelling.sheet import Label, Sheet
 from dnnvss.formats.landmarks import LAYOUT_68, read_pts, write_pts
+from dnnvss.media.pictures import write_picture
 
 GROUPS = {"lips": (0, 4), "jaw": (4, 6)}
 POINTS = np.array([[30, 40], [40, 36], [50, 40], [40, 44], [28, 60], [52, 60]], dtype=float)

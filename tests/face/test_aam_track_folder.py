@@ -15,12 +15,13 @@ from dnnvss import files
 from dnnvss.corpus.talker import LANDMARK_GROUPS
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import tracking as program
-from dnnvss.face.aam.labelling.sheet import Label, Sheet, write_picture
+from dnnvss.face.aam.labelling.sheet import Label, Sheet
 from dnnvss.face.aam.search.model import SearchModel, SearchSettings
 from dnnvss.face.aam.search.track import Track
 from dnnvss.formats import read_landmarks
 from dnnvss.formats.landmarks import write_pts
 from dnnvss.media import read_video, video_frames, write_video
+from dnnvss.media.pictures import write_picture
 
 FRAMES = 24
 

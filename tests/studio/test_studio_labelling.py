@@ -13,9 +13,10 @@ from face.aam_cases import picture
 
 from dnnvss.commands.label import main
 from dnnvss.face.aam.labelling import export
-from dnnvss.face.aam.labelling.sheet import Label, Sheet, write_picture
+from dnnvss.face.aam.labelling.sheet import Label, Sheet
 from dnnvss.formats.landmarks import read_pts, write_pts
 from dnnvss.media import write_video
+from dnnvss.media.pictures import write_picture
 from dnnvss.studio.labelling import LabelServer
 
 GROUPS = {"lips_outer": (0, 4), "jaw": (4, 6)}

@@ -187,7 +187,7 @@ def _track_one(path: Path, key: str, video: Path, target: Path) -> DnnvssError |
     try:
         found = track_video(_opened(path, key), video)
     except DnnvssError as error:
-        target.unlink(missing_ok=True)
+        files.remove(target)
         return error
     files.write_arrays(target, points=found.points, valid=found.valid, error=found.error, flag=found.flag,
                        model=np.array(key), video=np.array(seen))

@@ -10,11 +10,12 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.guess import find_detector, moving_mouth, place
 from dnnvss.face.aam.labelling.schemes import Scheme
-from dnnvss.face.aam.labelling.sheet import NAME, Label, Sheet, new_sheet, write_picture
+from dnnvss.face.aam.labelling.sheet import NAME, Label, Sheet, new_sheet
 from dnnvss.face.aam.search.choose import Choice, choose_frames
 from dnnvss.formats.landmarks import write_pts
 from dnnvss.media import read_video
 from dnnvss.media.folders import find_videos
+from dnnvss.media.pictures import write_picture
 
 
 def export(folder: Path, count: int, out: Path, scheme: Scheme, seed: int = 0) -> tuple[Sheet, dict[str, int]]:

@@ -167,12 +167,6 @@ class Sheet:
         return np.stack([self.read(label) for label in self.labels])
 
 
-def write_picture(path: Path, image: np.ndarray) -> None:
-    """Write a picture, uint8 RGB (H, W_, 3), as PNG."""
-    with files.replacing(path) as temporary:
-        cv2.imwrite(str(temporary), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
-
-
 def new_sheet(folder: Path, scheme: Scheme, videos: str, labels: Sequence[Label]) -> Sheet:
     """Return a sheet of unfinished labels; nothing is written."""
     return Sheet(folder, scheme.groups, tuple(labels), frozenset(), scheme.name, videos)
