@@ -39,7 +39,7 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
     if folder.is_dir() and {p.name for p in folder.iterdir()} - ours and not is_bundle(folder):
         raise DnnvssError("holds something that is not a bundle", file=folder, remedy="Choose another folder")
     export_run(run, folder / network)  # whole or not at all; what it refuses leaves the older bundle as it is
-    theirs.index.unlink(missing_ok=True)
+    files.remove(theirs.index)
     for path in [*_kept(run.files), *([run.files.units] if "visemes" in run.task.table.sources else [])]:
         with files.replacing(folder / path.name) as temporary:
             shutil.copyfile(path, temporary)
