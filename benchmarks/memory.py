@@ -27,7 +27,7 @@ from dnnvss import files
 from dnnvss.features import CodeStore
 from dnnvss.features.codes import FrameCodes
 from dnnvss.phones import SILENCE
-from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.systems import Example, NetworkModel
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import FrameBatches
@@ -120,7 +120,7 @@ def whole_fit(folder: Path, frames: int) -> None:
     watcher = threading.Thread(target=watch)
     watcher.start()
     settings = FitSettings(epochs=1, batch_size=4096, share=0.05, progress=False, figure_every=0, accelerator="cpu")
-    NetworkModel(table, FrameClock(100), FeedForward, settings).fit(examples[10:], examples[:10], folder)
+    NetworkModel(table, FrameClock(100), NetworkModel.Settings(fit=settings)).fit(examples[10:], examples[:10], folder)
     done.set()
     watcher.join()
     print(f"a whole fit on {len(examples)} utterances: {max(peak):.0f} MB at its peak, {before:.0f} MB before it, "

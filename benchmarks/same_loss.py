@@ -15,16 +15,15 @@ import logging
 import pickle
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 from torch import Tensor, nn
 
-from dnnvss.systems import Example, FeedForward, NetworkModel, feedforward
+from dnnvss.systems import Example, NetworkModel, feedforward
 from dnnvss.timing import FrameClock
 from dnnvss.training import FitSettings
 from dnnvss.training.precision import has_bf16
@@ -87,13 +86,12 @@ def main() -> None:
         arguments.save.write_bytes(pickle.dumps({name: examples[name] for name in ("train", "val")}))
         return
     some = examples["train"][0]
-    build: Callable[..., nn.Module] = partial(FeedForward, hidden=arguments.hidden, dropout=arguments.dropout,
-                                              input_dropout=0.2)
+    network = {"kind": "feedforward", "hidden": arguments.hidden, "dropout": arguments.dropout, "input_dropout": 0.2}
 
     def fit(seed: int, precision: str, graph: bool = True) -> float:
         settings = FitSettings(epochs=arguments.epochs, seed=seed, precision=precision, progress=False, figure_every=0,
                                accelerator=arguments.accelerator, graph=graph)
-        model = NetworkModel(some.codes.table, FrameClock(100), build, settings)
+        model = NetworkModel(some.codes.table, FrameClock(100), NetworkModel.Settings(network, settings))
         with tempfile.TemporaryDirectory() as folder:
             model.fit(examples["train"], examples["val"], Path(folder))
             return error(model, examples["val"])

@@ -19,6 +19,11 @@ TABLE = FeatureTable(("centre_phone", "phone_context", "phone_span"))
 CLOCK = FrameClock(100)
 
 
+def of_layers(*hidden: int, **more: object) -> dict[str, object]:
+    """Return the settings of a feed-forward network with layers of these widths."""
+    return {"kind": "feedforward", "hidden": list(hidden), **more}
+
+
 @pytest.fixture(scope="session")
 def grid_raw() -> Path:
     """The GRID s1 data, where DNNVSS_GRID says that it is."""

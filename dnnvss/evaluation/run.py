@@ -20,8 +20,9 @@ from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
 from dnnvss.style import Style
 from dnnvss.style.generator import PLAIN, Generator
-from dnnvss.systems import Example, PhoneMean, TrainingMean
+from dnnvss.systems import Example
 from dnnvss.systems.examples import Task, speech_frames, word_frames
+from dnnvss.systems.registry import null_systems
 from dnnvss.systems.units import SOURCES
 
 LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_aperture", "gv_ratio", "silence",
@@ -54,8 +55,7 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     predicted = {"model": _generated(generator, test, PLAIN),
                  **{_row(name): _generated(generator, test, style) for name, style in styles.items()}}
     predicted |= {_row(SOURCES[source]): _generated(generator, own, PLAIN) for source, own in (others or {}).items()}
-    for name, null in (("training mean", TrainingMean), ("phone mean", PhoneMean)):
-        system = null(task.table, task.clock)
+    for name, system in null_systems(task.table, task.clock).items():
         system.fit(examples["train"], examples["val"], folder)
         predicted[name] = _generated(Generator(task, system, generator.talker), test, PLAIN)
     references = {e.id: e.targets[:, 0] for e in test if e.targets is not None}

@@ -12,7 +12,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import INPUTS, KEY, Description
 from dnnvss.features import FrameCodes
-from dnnvss.systems import Example, Prediction, VisualModel
+from dnnvss.systems import READABLE, Example, Prediction, VisualModel
 
 _CHUNK = 256
 """Frames a pass: the gathered rows of the first layer take 4 x active columns x units bytes a frame."""
@@ -29,7 +29,7 @@ class ExportedModel(VisualModel):
         forward: from active columns (T, A) int64 and numbers (T, N) float32 to means and variances (T, W, D).
     """
 
-    reads_visemes = True
+    reads = READABLE
 
     def __init__(self, description: Description, forward: Forward) -> None:
         super().__init__(description.table, description.clock)

@@ -38,9 +38,9 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
     unused = [] if kept["trainer"].get("refine") else ["refine", "refine_rate"]
     quiet = {"progress", "figure_every", *SHARING, *unused}
     kept["trainer"] = {k: v for k, v in kept["trainer"].items() if k not in quiet}
-    if "settings" in kept["model"]:
-        own = {k: v for k, v in kept["model"]["settings"].items() if k not in quiet}
-        kept["model"] = {**kept["model"], "settings": own}
+    if "fit" in kept["model"]:
+        own = {k: v for k, v in kept["model"]["fit"].items() if k not in quiet}
+        kept["model"] = {**kept["model"], "fit": own}
     if kept["face"]["kind"] != "aam":
         del kept["aam"]
     if "visemes" not in settings.task.table.sources:

@@ -21,6 +21,7 @@ from dnnvss.style import Talker
 from dnnvss.style.generator import Generator
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
+from dnnvss.systems.registry import make_system
 from dnnvss.systems.units import UnitModel
 from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.precision import resolve
@@ -139,22 +140,6 @@ def make_model(settings: RunSettings, task: Task) -> VisualModel:
     """The untrained model that settings describe, for a task.
 
     Raises:
-        DnnvssError: a setting that the model refuses; or the labels have dynamic visemes, and a model of this kind
-            would not look at them.
+        DnnvssError: what :func:`dnnvss.systems.registry.make_system` refuses.
     """
-    from hydra.errors import InstantiationException  # a bundle is opened without
-    from hydra.utils import instantiate
-
-    described = dict(settings.model)
-    name = described.pop("name")
-    try:
-        model: VisualModel = instantiate(described)(table=task.table, clock=task.clock)
-    except InstantiationException as wrapped:
-        cause: BaseException | None = wrapped
-        while cause is not None and not isinstance(cause, DnnvssError):
-            cause = cause.__cause__
-        raise cause or wrapped from None
-    if "visemes" in task.table.sources and not model.reads_visemes:
-        raise DnnvssError(f"model={name} does not look at the dynamic visemes of labels={settings.labels_name}",
-                          remedy="Train it with labels of phones (labels=ph_d), or take a network (model=feedforward)")
-    return model
+    return make_system(settings.model_name, settings.model, task.table, task.clock)

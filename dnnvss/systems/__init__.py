@@ -1,6 +1,6 @@
 """Systems that predict the parameters of a face, behind one base class. Knows nothing of files or rendering."""
 
-from dnnvss.systems.base import Example, Prediction, VisualModel
+from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel
 from dnnvss.systems.blend import BlendedNetworks
 from dnnvss.systems.codebook import Codebook
 from dnnvss.systems.feedforward import FeedForward
@@ -9,5 +9,5 @@ from dnnvss.systems.hsmm import HiddenSemiMarkov
 from dnnvss.systems.means import PhoneMean, TrainingMean
 from dnnvss.systems.network import NetworkModel
 
-__all__ = ["BlendedNetworks", "Codebook", "Example", "FeedForward", "GuidedCodebook", "HiddenSemiMarkov",
+__all__ = ["READABLE", "BlendedNetworks", "Codebook", "Example", "FeedForward", "GuidedCodebook", "HiddenSemiMarkov",
            "NetworkModel", "PhoneMean", "Prediction", "TrainingMean", "VisualModel"]

@@ -1,4 +1,4 @@
-"""What every system offers: fit on examples, predict the streams of one."""
+"""What every system offers: a name, settings, what it reads; fit on examples, predict the streams of one."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -43,21 +43,41 @@ class Prediction:
     variance: np.ndarray
 
 
+READABLE = frozenset({"phones", "words", "visemes", "sound"})
+"""What a system may read of an example."""
+
+
+@dataclass(frozen=True)
+class NoSettings:
+    """The settings of a system that has none."""
+
+
 class VisualModel(ABC):
     """A system that drives the face.
+
+    A subclass in a module of :mod:`dnnvss.systems` that declares ``system`` is found by that name, see
+    :mod:`dnnvss.systems.registry`; a file of ``conf/model`` gives it its settings.
 
     ``fit`` starts anew each time; what it learnt is in ``state``, plain containers and arrays only.
 
     Args:
         table: the feature table of the labels.
         clock: the trajectory clock.
+        settings: an instance of ``Settings``; the defaults if left out.
     """
 
-    reads_visemes: ClassVar[bool] = False
-    """Whether blocks of dynamic visemes in the table make a difference."""
+    system: ClassVar[str]
+    """Its name in YAML."""
+    reads: ClassVar[frozenset[str]]
+    """Which of :data:`READABLE` make a difference to it."""
+    Settings: ClassVar[type[Any]] = NoSettings
+    """A frozen dataclass of what YAML may set, see :mod:`dnnvss.settings`."""
+    null: ClassVar[bool] = False
+    """Whether it is a null model, which every evaluation shows beside the system."""
 
-    def __init__(self, table: FeatureTable, clock: FrameClock) -> None:
+    def __init__(self, table: FeatureTable, clock: FrameClock, settings: Any = None) -> None:
         self.table, self.clock = table, clock
+        self.settings: Any = self.Settings() if settings is None else settings
 
     @abstractmethod
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:

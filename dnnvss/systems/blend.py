@@ -1,20 +1,18 @@
 """Two networks that see different labels, and the mean of what they say."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from torch import nn
 
-from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
-from dnnvss.systems import Example, Prediction, VisualModel
-from dnnvss.systems.network import NetworkModel
+from dnnvss.settings import setting
+from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel
+from dnnvss.systems.network import MembersSettings, NetworkModel, NetworkSettings
 from dnnvss.timing import FrameClock
-from dnnvss.training.settings import FitSettings
 
 
 def without_visemes(table: FeatureTable) -> FeatureTable:
@@ -24,6 +22,13 @@ def without_visemes(table: FeatureTable) -> FeatureTable:
         DnnvssError: nothing is left.
     """
     return FeatureTable(tuple(b.name for b in table.blocks if "visemes" not in b.reads), table.settings)
+
+
+@dataclass(frozen=True)
+class BlendSettings(MembersSettings):
+    """The settings of :class:`BlendedNetworks`; there are ``members`` of each kind."""
+
+    weight: float = setting(0.5, least=0, most=1, doc="of the networks that see all labels")
 
 
 class BlendedNetworks(VisualModel):
@@ -36,25 +41,23 @@ class BlendedNetworks(VisualModel):
     Args:
         table: the feature table of the labels.
         clock: the trajectory clock.
-        network: builds a network, see :class:`NetworkModel`.
-        settings: of both fits; seeds go on counting from one to the other.
-        weight: of the network that sees all labels, 0 to 1.
-        members: networks of each kind.
+        settings: see :class:`BlendSettings`; seeds go on counting from one fit to the other.
 
     Raises:
-        DnnvssError: a weight outside 0 to 1.
+        DnnvssError: what :class:`NetworkModel` refuses, or labels of dynamic visemes alone.
     """
 
-    reads_visemes = True
+    system = "blend"
+    reads = READABLE
+    Settings = BlendSettings
+    settings: BlendSettings
 
-    def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
-                 settings: FitSettings, weight: float = 0.5, members: int = 1) -> None:
-        super().__init__(table, clock)
-        if not 0 <= weight <= 1:
-            raise DnnvssError(f"model.weight={weight} is no share", remedy="Give a number from 0 to 1")
-        self.weight, self.phone_table = weight, without_visemes(table)
-        self.phones = NetworkModel(self.phone_table, clock, network, settings, members)
-        self.all = NetworkModel(table, clock, network, replace(settings, seed=settings.seed + members), members)
+    def __init__(self, table: FeatureTable, clock: FrameClock, settings: BlendSettings | None = None) -> None:
+        super().__init__(table, clock, settings)
+        own, s = NetworkSettings(self.settings.network, self.settings.fit, self.settings.members), self.settings
+        self.weight, self.phone_table = s.weight, without_visemes(table)
+        self.phones = NetworkModel(self.phone_table, clock, own)
+        self.all = NetworkModel(table, clock, replace(own, fit=replace(s.fit, seed=s.fit.seed + s.members)))
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit both networks, each with its own early stopping; a killed fit goes on where it was."""

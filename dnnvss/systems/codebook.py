@@ -10,11 +10,11 @@ import torch
 from scipy.interpolate import make_smoothing_spline
 
 from dnnvss.errors import DnnvssError
-from dnnvss.features import FeatureTable, phones_of
+from dnnvss.features import phones_of
 from dnnvss.phones import PHONES
+from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 from dnnvss.systems.codebook_units import Corpus, neighbours, phone_distances, similarities, stand_ins
-from dnnvss.timing import FrameClock
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,20 @@ class Choice:
         return {"phone": self.phone, "used": self.used, "from": {u: round(w, 3) for u, w in shares.items()}}
 
 
+@dataclass(frozen=True)
+class CodebookSettings:
+    """What a codebook averages and how smooth it is."""
+
+    examples: int = setting(3, least=1, doc="examples of a phone that are averaged (n)")
+    context: int = setting(1, least=0, doc="phones to each side that are compared (C)")
+    gamma: float = setting(1.0, least=0, doc="spread of similarities; distances are in units of the median distance")
+    cutoff: float | None = setting(None, above=0, doc="Hz at which the smoothing spline halves an oscillation")
+    own: bool = setting(True, doc="whether a sentence that is in the corpus may use its own entry")
+
+    def __post_init__(self) -> None:
+        check_settings(self, "model")
+
+
 class Codebook(VisualModel):
     """Trajectories of the ``examples`` best examples of each phone, warped to its duration, averaged and joined.
 
@@ -56,26 +70,13 @@ class Codebook(VisualModel):
     Args:
         table: the feature table of the labels; its columns are not used.
         clock: the trajectory clock.
-        examples: how many examples are averaged (n).
-        context: phones to each side that are compared (C).
-        gamma: spread of the similarities; distances are in units of the median distance.
-        cutoff: Hz at which the smoothing spline halves an oscillation; None leaves the joined trajectory as it is.
-        own: whether a sentence that is in the corpus may use its own entry.
-
-    Raises:
-        DnnvssError: a setting is out of range.
+        settings: see :class:`CodebookSettings`.
     """
 
-    def __init__(self, table: FeatureTable, clock: FrameClock, examples: int = 3, context: int = 1, gamma: float = 1.0,
-                 cutoff: float | None = None, own: bool = True) -> None:
-        super().__init__(table, clock)
-        for name, value, least in (("examples", examples, 1), ("context", context, 0), ("gamma", gamma, 0)):
-            if value < least:
-                raise DnnvssError(f"codebook setting {name}={value}", remedy=f"Set it to at least {least}")
-        if cutoff is not None and cutoff <= 0:
-            raise DnnvssError(f"codebook setting cutoff={cutoff}", remedy="Give a frequency in Hz, or null")
-        self.examples, self.context, self.gamma = examples, context, gamma
-        self.cutoff, self.own = cutoff, own
+    system = "codebook"
+    reads = frozenset({"phones"})
+    Settings = CodebookSettings
+    settings: CodebookSettings
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Keep the training trajectories and measure how alike phones look; ``val`` and ``folder`` are not needed.
@@ -100,8 +101,8 @@ class Codebook(VisualModel):
         """Return the selection report: what each phone that owns a frame is made of."""
         phones = phones_of(example.codes)
         codes, frames = phones.code, phones.frames
-        wanted = neighbours(codes, np.zeros(len(codes), dtype=np.int64), self.context)
-        own = -1 if self.own or example.id not in self.corpus_.ids else self.corpus_.ids.index(example.id)
+        wanted = neighbours(codes, np.zeros(len(codes), dtype=np.int64), self.settings.context)
+        own = -1 if self.settings.own or example.id not in self.corpus_.ids else self.corpus_.ids.index(example.id)
         return [self._choice(codes[p], wanted[p], frames[p], own) for p in np.flatnonzero(frames)]
 
     def report(self, example: Example) -> dict[str, Any]:
@@ -139,9 +140,10 @@ class Codebook(VisualModel):
         The spline damps an oscillation of angular frequency ``w`` by ``1 / (1 + lam w^4)``, so ``lam`` is the cutoff's
         ``w^-4``.
         """
-        if self.cutoff is None or len(static) < 5:
+        cutoff = self.settings.cutoff
+        if cutoff is None or len(static) < 5:
             return static
-        lam = (2 * np.pi * self.cutoff / float(self.clock.rate)) ** -4
+        lam = (2 * np.pi * cutoff / float(self.clock.rate)) ** -4
         times = np.arange(len(static), dtype=float)
         return make_smoothing_spline(times, static, lam=lam)(times)
 
@@ -159,8 +161,8 @@ class Codebook(VisualModel):
         self.corpus_, self.distances_, self.variance_ = corpus, distances, variance
         known = np.unique(corpus.code[corpus.usable])
         self._stands = stand_ins(known)
-        self._similar = similarities(distances, self.gamma)
-        self._contexts = corpus.contexts(self.context)
+        self._similar = similarities(distances, self.settings.gamma)
+        self._contexts = corpus.contexts(self.settings.context)
         self._entries = {int(code): np.flatnonzero(corpus.usable & (corpus.code == code)) for code in known}
 
     def candidates(self, code: int, context: np.ndarray, frames: int, own: int,
@@ -177,14 +179,14 @@ class Codebook(VisualModel):
         entries = self.entries(code)
         others = entries[self.corpus_.owner[entries] != own]
         entries = others if len(others) else entries
-        near = np.tile(np.arange(1, self.context + 1), 2)
+        near = np.tile(np.arange(1, self.settings.context + 1), 2)
         scores = (self._similar[context, self._contexts[entries]] / (near + 1)).sum(1)
         apart = np.abs(self.corpus_.frames[entries] - frames)
         best = np.lexsort((apart, -scores.round(12)))[:count]
         return entries[best], scores[best]
 
     def _choice(self, code: int, context: np.ndarray, frames: int, own: int) -> Choice:
-        entries, scores = self.candidates(code, context, frames, own, self.examples)
+        entries, scores = self.candidates(code, context, frames, own, self.settings.examples)
         total = scores.sum()
         weights = scores / total if total > 0 else np.full(len(scores), 1 / len(scores))
         origin = tuple(self.corpus_.ids[u] for u in self.corpus_.owner[entries])

@@ -1,12 +1,15 @@
 """The feed-forward network of Thangthai et al. 2016, section 2."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import torch
 from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
+from dnnvss.settings import check_settings, setting
+from dnnvss.systems.frame_network import FrameNetwork
 from dnnvss.training.code_product import code_product, multiplies
 from dnnvss.training.code_sum import code_sum
 from dnnvss.training.dropout import Dropout
@@ -59,7 +62,27 @@ def left_out(active: Tensor, share: float, padding: int) -> Tensor:
     return torch.where(torch.rand(active.shape, device=active.device) >= share, active, padding)
 
 
-class FeedForward(nn.Module):
+@dataclass(frozen=True)
+class FeedForwardSettings:
+    """The size of a feed-forward network.
+
+    Raises:
+        DnnvssError: no hidden layer, or a value that is out of range.
+    """
+
+    hidden: tuple[int, ...] = setting((512, 512, 512), least=1, doc="width of each hidden layer")
+    activation: str = setting("tanh", choices=ACTIVATIONS)
+    dropout: float = setting(0.0, least=0, below=1, doc="share of hidden units dropped in training")
+    input_dropout: float = setting(0.0, least=0, below=1, doc="share of active binary inputs dropped in training")
+
+    def __post_init__(self) -> None:
+        check_settings(self, "model.network")
+        if not self.hidden:
+            raise DnnvssError("model.network.hidden=[] is no network",
+                              remedy="Give the width of one layer at least: model.network.hidden=[512]")
+
+
+class FeedForward(FrameNetwork):
     """Hidden layers with one activation and dropout, and a linear output.
 
     **Source**: Thangthai et al. 2016, sections 2 and 5 (3 x 3000 tanh, 50 % dropout on hidden units).
@@ -74,19 +97,16 @@ class FeedForward(nn.Module):
         input_dropout: share of active binary inputs dropped in training.
 
     Raises:
-        DnnvssError: no hidden layer, or an unknown activation.
+        DnnvssError: what :class:`FeedForwardSettings` refuses.
     """
+
+    kind = "feedforward"
+    Settings = FeedForwardSettings
 
     def __init__(self, binary: int, numeric: int, active: int, out: int, hidden: Sequence[int] = (512, 512, 512),
                  activation: str = "tanh", dropout: float = 0.0, input_dropout: float = 0.0) -> None:
         super().__init__()
-        if isinstance(hidden, int | str) or not all(isinstance(width, int) for width in hidden):
-            raise DnnvssError(f"hidden={hidden} is no list of widths", remedy="Write model.network.hidden=[512,512]")
-        if not hidden or min(hidden) < 1 or not (0 <= dropout < 1 and 0 <= input_dropout < 1):
-            raise DnnvssError(f"hidden layers {list(hidden)} with dropout {dropout}, {input_dropout} make no network",
-                              remedy="Give at least one positive width and a dropout from 0 to below 1")
-        if activation not in ACTIVATIONS:
-            raise DnnvssError(f"unknown activation {activation!r}", remedy=f"Use one of {sorted(ACTIVATIONS)}")
+        hidden = FeedForwardSettings(tuple(hidden), activation, dropout, input_dropout).hidden
         self.first = CodeLinear(binary, numeric, hidden[0], input_dropout)
         self.first.reset(active)
         layers: list[nn.Module] = [ACTIVATIONS[activation](), Dropout(dropout)]

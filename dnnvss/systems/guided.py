@@ -1,24 +1,43 @@
 """Real pieces of the recordings, chosen by the trajectory that a network predicts."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from torch import nn
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, phones_of
 from dnnvss.phones import PHONES
-from dnnvss.systems import Codebook, Example, Prediction, VisualModel
-from dnnvss.systems.base import pooled
-from dnnvss.systems.codebook import Choice, streams
+from dnnvss.settings import setting
+from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel, pooled
+from dnnvss.systems.codebook import Choice, Codebook, CodebookSettings, streams
 from dnnvss.systems.codebook_units import SAMPLES
-from dnnvss.systems.network import NetworkModel
+from dnnvss.systems.network import MembersSettings, NetworkModel, NetworkSettings
 from dnnvss.timing import FrameClock
-from dnnvss.training.settings import FitSettings
+
+
+@dataclass(frozen=True)
+class GuidedSettings(MembersSettings):
+    """The settings of :class:`GuidedCodebook`.
+
+    Raises:
+        DnnvssError: a value out of range, or more examples than candidates.
+    """
+
+    candidates: int = setting(150, least=1, doc="examples of a phone that the search weighs")
+    examples: int = setting(3, least=1, doc="how many of them are averaged; 1 plays a single recording")
+    join: float = setting(0.03, least=0, doc="weight of the join costs")
+    cutoff: float | None = setting(15.0, above=0, doc="Hz of the codebook's smoothing spline")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.examples > self.candidates:
+            raise DnnvssError(f"model.candidates={self.candidates} is less than model.examples={self.examples}",
+                              remedy="Give as many candidates as examples, or more")
 
 
 class GuidedCodebook(VisualModel):
@@ -38,30 +57,23 @@ class GuidedCodebook(VisualModel):
     Args:
         table: the feature table of the labels.
         clock: the trajectory clock.
-        network: builds a network, see :class:`NetworkModel`.
-        settings: of the fit.
-        members: networks that are averaged.
-        candidates: examples of a phone that the search weighs.
-        examples: how many are averaged; 1 plays a single recording.
-        join: weight of the join costs.
-        cutoff: Hz of the codebook's smoothing spline; None leaves the joined trajectory as it is.
+        settings: see :class:`GuidedSettings`.
 
     Raises:
-        DnnvssError: a setting is out of range.
+        DnnvssError: what :class:`NetworkModel` refuses.
     """
 
-    reads_visemes = True
+    system = "guided"
+    reads = READABLE
+    Settings = GuidedSettings
+    settings: GuidedSettings
 
-    def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
-                 settings: FitSettings, members: int = 1, candidates: int = 150, examples: int = 3,
-                 join: float = 0.03, cutoff: float | None = 15) -> None:
-        super().__init__(table, clock)
-        if not 1 <= examples <= candidates or not join >= 0:
-            raise DnnvssError(f"model.candidates={candidates}, model.examples={examples}, model.join={join}",
-                              remedy="Give one example at least, as many candidates or more, and a weight of 0 or more")
-        self.candidates, self.examples, self.join = candidates, examples, join
-        self.network = NetworkModel(table, clock, network, settings, members)
-        self.book = Codebook(table, clock, examples=1, cutoff=cutoff)
+    def __init__(self, table: FeatureTable, clock: FrameClock, settings: GuidedSettings | None = None) -> None:
+        super().__init__(table, clock, settings)
+        s = self.settings
+        self.candidates, self.examples, self.join = s.candidates, s.examples, s.join
+        self.network = NetworkModel(table, clock, NetworkSettings(s.network, s.fit, s.members))
+        self.book = Codebook(table, clock, CodebookSettings(examples=1, cutoff=s.cutoff))
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit the network and keep the training trajectories."""

@@ -1,6 +1,7 @@
 """The baseline of the papers: hidden semi-Markov models of phones in context, their states tied by decision trees."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -8,14 +9,31 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.features import FeatureTable, phones_of
+from dnnvss.features import phones_of
+from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 from dnnvss.systems.hsmm_contexts import context_answers, context_questions
 from dnnvss.systems.hsmm_durations import STATES, best_durations, equal_states
 from dnnvss.systems.trees import Growth, Sums, Tree, grow
-from dnnvss.timing import FrameClock
 
 _CHUNK = 16384  # frames whose densities are worked out at once
+
+
+@dataclass(frozen=True)
+class HiddenSemiMarkovSettings:
+    """How the trees grow, and how often states are aligned.
+
+    Args:
+        growth: of the trees of the states.
+        duration_growth: of the tree of the durations.
+    """
+
+    growth: Growth = field(default_factory=Growth)
+    duration_growth: Growth = field(default_factory=Growth)
+    realignments: int = setting(1, least=0, doc="how often states are aligned anew inside the phone times")
+
+    def __post_init__(self) -> None:
+        check_settings(self, "model")
 
 
 class HiddenSemiMarkov(VisualModel):
@@ -31,19 +49,15 @@ class HiddenSemiMarkov(VisualModel):
     Args:
         table: the feature table of the labels; its arrays answer the questions, whichever columns it selects.
         clock: the trajectory clock.
-        growth: settings of the state trees, see :class:`dnnvss.systems.trees.Growth`.
-        duration_growth: settings of the duration tree.
-        realignments: how often the states are aligned anew.
+        settings: see :class:`HiddenSemiMarkovSettings`.
     """
 
+    system = "hsmm"
+    reads = frozenset({"phones", "words"})
+    Settings = HiddenSemiMarkovSettings
+    settings: HiddenSemiMarkovSettings
     states_: list[Tree]
     durations_: Tree
-
-    def __init__(self, table: FeatureTable, clock: FrameClock, growth: dict[str, Any] | None = None,
-                 duration_growth: dict[str, Any] | None = None, realignments: int = 1) -> None:
-        super().__init__(table, clock)
-        self.growth, self.duration_growth = Growth(**(growth or {})), Growth(**(duration_growth or {}))
-        self.realignments = realignments
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Grow the trees on the training examples and print them to ``folder/trees.txt``; ``val`` is not needed.
@@ -53,9 +67,9 @@ class HiddenSemiMarkov(VisualModel):
         """
         data = _Segments(train)
         durations = equal_states(data.frames)
-        for last in range(self.realignments + 1):
+        for last in range(self.settings.realignments + 1):
             self._grow(data, durations)
-            if last < self.realignments:
+            if last < self.settings.realignments:
                 durations = self._aligned(data, durations)
         self.shape_ = data.shape
         self.states_ = [Tree(t.question, t.yes, t.no, t.leaf, t.count, t.mean * data.scale + data.centre,
@@ -117,11 +131,11 @@ class HiddenSemiMarkov(VisualModel):
         return self.durations_.mean[leaf], self.durations_.variance[leaf] + 1e-2
 
     def _grow(self, data: "_Segments", durations: np.ndarray) -> None:
-        self.states_ = [grow(data.answers, data.sums(durations, s), self.growth) for s in range(STATES)]
+        self.states_ = [grow(data.answers, data.sums(durations, s), self.settings.growth) for s in range(STATES)]
         whole = data.complete
         lasting = durations[whole].astype(np.float64)
         self.durations_ = grow(data.answers[whole], Sums(np.ones(len(lasting)), lasting, lasting**2),
-                               self.duration_growth)
+                               self.settings.duration_growth)
 
     def _aligned(self, data: "_Segments", durations: np.ndarray) -> np.ndarray:
         """Return durations (S, 5) realigned to the frames; phones with unmeasured frames keep theirs."""

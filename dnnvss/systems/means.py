@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
@@ -13,6 +13,8 @@ from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 
 class _TableModel(VisualModel):
     """A model whose learnt state is a mean and a variance a class of frames, (classes, W, D) each."""
+
+    null = True
 
     def classes(self, example: Example) -> np.ndarray:
         """Return the class of each frame, shape (T,)."""
@@ -46,6 +48,9 @@ class _TableModel(VisualModel):
 class TrainingMean(_TableModel):
     """The mean of all training frames, whatever is said."""
 
+    system = "training_mean"
+    reads: ClassVar[frozenset[str]] = frozenset()
+
     def classes(self, example: Example) -> np.ndarray:
         """Return zero for every frame."""
         return np.zeros(int(example.alignment["phones"].frame_edges(self.clock)[-1]), dtype=np.int64)
@@ -53,6 +58,9 @@ class TrainingMean(_TableModel):
 
 class PhoneMean(_TableModel):
     """The mean of the training frames of the current phone, without context."""
+
+    system = "phone_mean"
+    reads = frozenset({"phones"})
 
     def classes(self, example: Example) -> np.ndarray:
         """Return the phone code of every frame."""

@@ -1,19 +1,20 @@
 """A network behind the model interface: scaling, the fit, and prediction frame by frame."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from dnnvss import files
-from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
+from dnnvss.settings import check_settings, setting
 from dnnvss.systems import Example, Prediction, VisualModel
-from dnnvss.systems.base import moments
+from dnnvss.systems.base import READABLE, moments
+from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
@@ -25,6 +26,25 @@ _STILL = 1e-4
 """Least deviation of a coefficient as a share of the largest one: what hardly moves in training is not blown up."""
 
 
+@dataclass(frozen=True)
+class MembersSettings:
+    """Networks of one kind, fitted one after the other."""
+
+    network: Mapping[str, Any] = setting({"kind": "feedforward"}, doc="its kind, and what that kind lets one set")
+    fit: FitSettings = field(default_factory=FitSettings)
+    members: int = setting(1, least=1, doc="networks of different seeds that are fitted and averaged")
+
+    def __post_init__(self) -> None:
+        check_settings(self, "model")
+
+
+@dataclass(frozen=True)
+class NetworkSettings(MembersSettings):
+    """The settings of :class:`NetworkModel`."""
+
+    variances: bool = setting(False, doc="whether a second head predicts a variance for every frame and output")
+
+
 class NetworkModel(VisualModel):
     """A frame-wise network, or the mean of several, that predicts normalised streams from active columns.
 
@@ -34,26 +54,23 @@ class NetworkModel(VisualModel):
     Args:
         table: the feature table of the labels.
         clock: the trajectory clock.
-        network: builds the network from ``binary``, ``numeric``, ``active`` and ``out`` (see
-            :class:`dnnvss.systems.FeedForward`).
-        settings: of the fit.
-        members: how many networks are fitted and averaged.
-        variances: whether the networks predict a variance for every frame and output, by a second head of the last
-            layer. Scaled, for each stream and coefficient, so that they fit the errors on the validation frames.
-            Otherwise the variance of those errors stands for all frames.
+        settings: see :class:`NetworkSettings`. Variances that are predicted are scaled, for each stream and
+            coefficient, so that they fit the errors on the validation frames. Otherwise the variance of those errors
+            stands for all frames.
 
     Raises:
-        DnnvssError: less than one member.
+        DnnvssError: a kind of network that does not exist, or a setting that it refuses.
     """
 
-    reads_visemes = True
+    system = "network"
+    reads = READABLE
+    Settings = NetworkSettings
+    settings: NetworkSettings
 
-    def __init__(self, table: FeatureTable, clock: FrameClock, network: Callable[..., nn.Module],
-                 settings: FitSettings, members: int = 1, variances: bool = False) -> None:
-        super().__init__(table, clock)
-        if members < 1:
-            raise DnnvssError(f"model.members={members} is less than one", remedy="Give 1 or more")
-        self.build, self.settings, self.members, self.variances = network, settings, members, variances
+    def __init__(self, table: FeatureTable, clock: FrameClock, settings: NetworkSettings | None = None) -> None:
+        super().__init__(table, clock, settings)
+        self.plan = NetworkPlan.read(self.settings.network)
+        self.members, self.variances = self.settings.members, self.settings.variances
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit by gradient descent and keep the weights of the epoch with the least static error on ``val``.
@@ -66,11 +83,11 @@ class NetworkModel(VisualModel):
         self.mean_, deviation = moments(train)
         self.deviation_ = np.maximum(deviation, _STILL * deviation.max(axis=1, keepdims=True) + 1e-8)
         self.scaler_ = NumericScaler.fit(_store(train))
-        self.networks_: list[nn.Module] = []
+        self.networks_: list[FrameNetwork] = []
         sizes = {"streams": self.mean_.shape[0], "dimensions": self.mean_.shape[1]}
-        if self.settings.together and self.members > 1:
+        if self.settings.fit.together and self.members > 1:
             for k in range(self.members):
-                torch.manual_seed(self.settings.seed + k)
+                torch.manual_seed(self.settings.fit.seed + k)
                 self.networks_.append(self._new_network())
             stack = StackedNetworks(self.networks_)
 
@@ -78,12 +95,12 @@ class NetworkModel(VisualModel):
                 stack.unstack(self.networks_)
                 return self.predict(example)
 
-            run_fit(stack, self._batches(train, folder, self.settings.seed, self.members),
-                    self._batches(val, folder, members=self.members), self.settings, **sizes, folder=folder,
+            run_fit(stack, self._batches(train, folder, self.settings.fit.seed, self.members),
+                    self._batches(val, folder, members=self.members), self.settings.fit, **sizes, folder=folder,
                     preview=(val[0], preview))
             stack.unstack(self.networks_)
         for k in range(len(self.networks_), self.members):
-            settings = replace(self.settings, seed=self.settings.seed + k)
+            settings = replace(self.settings.fit, seed=self.settings.fit.seed + k)
             torch.manual_seed(settings.seed)
             self.networks_.append(network := self._new_network())
             home = folder / f"member_{k + 1}" if k else folder
@@ -104,7 +121,7 @@ class NetworkModel(VisualModel):
         scale = torch.from_numpy(self.deviation_[0].astype(np.float32))
         for k, network in enumerate(self.networks_):
             network.cpu().train()
-            settings = replace(self.settings, seed=self.settings.seed + k)
+            settings = replace(self.settings.fit, seed=self.settings.fit.seed + k)
             losses = refine(network, ours, held_out, self._decode, join, scale, settings)
             network.eval()
             print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in losses))
@@ -171,9 +188,9 @@ class NetworkModel(VisualModel):
         for network, weights in zip(self.networks_, state["networks"], strict=True):
             network.load_state_dict(weights)
 
-    def _new_network(self) -> nn.Module:
-        return self.build(binary=self.table.binary_width, numeric=self.table.numeric_width,
-                          active=self.table.active_width, out=self.mean_.size * (2 if self.variances else 1))
+    def _new_network(self) -> FrameNetwork:
+        return self.plan.build(binary=self.table.binary_width, numeric=self.table.numeric_width,
+                               active=self.table.active_width, out=self.mean_.size * (2 if self.variances else 1))
 
     def _batches(self, examples: Sequence[Example], folder: Path, seed: int | None = None,
                  members: int = 1) -> FrameBatches:
@@ -186,7 +203,7 @@ class NetworkModel(VisualModel):
         if targets is None:
             targets = files.mapped((part.astype(np.float32, copy=False) for part in parts), folder)
         valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
-        s = self.settings
+        s = self.settings.fit
         drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
         if seed is not None:
             drawn = (s.batch_size, s.share, seed)

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import torch
 
+from dnnvss.settings import setting
+
 _FIELDS = ("question", "yes", "no", "leaf", "count", "mean", "variance")
 
 
@@ -38,10 +40,10 @@ class Growth:
         floor: least variance of a leaf as a share of the variance at the root.
     """
 
-    mdl: float | None = 1.0
-    least_rows: int = 2
-    least_count: float = 2
-    floor: float = 1e-3
+    mdl: float | None = setting(1.0, least=0)
+    least_rows: int = setting(2, least=1)
+    least_count: float = setting(2.0, least=0)
+    floor: float = setting(1e-3, above=0)
 
 
 @dataclass(frozen=True)

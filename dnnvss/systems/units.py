@@ -21,6 +21,7 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FeatureTable, FrameCodes, encode
+from dnnvss.settings import read_settings
 from dnnvss.systems import Example
 from dnnvss.systems.examples import SPLITS
 from dnnvss.systems.unit_network import HEEDED, UnitNetwork, VisemePredictor, unit_sequence, unit_targets
@@ -74,7 +75,8 @@ class PredictorSettings:
         if table.needs - {"phones", "words"} or config["folds"] < 2:
             raise DnnvssError("visemes.predictor: dynamic visemes are predicted from phones, in two folds or more",
                               remedy="Leave viseme blocks out, and set folds to 2 or more")
-        return cls(table, FitSettings(**config["fit"]), DecodingSettings(**config["decoding"]),
+        fit = read_settings(FitSettings, config["fit"], "visemes.predictor.fit")
+        return cls(table, fit, DecodingSettings(**config["decoding"]),
                    tuple(config["hidden"]), float(config["dropout"]), int(config["folds"]))
 
 

@@ -1,18 +1,15 @@
 """How a network is fitted; one flat table, mirrored by ``conf/trainer/*.yaml``."""
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 from dnnvss.errors import DnnvssError
+from dnnvss.settings import check_settings, setting
 
 LOG_VARIANCE = (-7.0, 3.0)
 """Range of predicted log variances, where 0 is the variance of the training frames."""
 
 SHARING = ("nodes", "strategy", "graph")
 """Settings that share a fit out or speed it up and do not change what comes of it."""
-_KINDS: dict[Any, tuple[tuple[type, ...], str]] = {
-    int: ((int,), "whole number"), float: ((int, float), "number"), bool: ((bool,), "true or false"),
-    str: ((str,), "word")}
 
 
 @dataclass(frozen=True)
@@ -50,59 +47,40 @@ class FitSettings:
         smoke: one batch and one epoch, to try a configuration.
 
     Raises:
-        DnnvssError: a value that is none of the above.
+        DnnvssError: a value of another type, range or choice.
     """
 
-    optimizer: str = "adamw"
-    learning_rate: float = 3e-3
-    momentum: float = 0.9
-    weight_decay: float = 0.0
-    schedule: str = "cosine"
-    warmup: float = 0.02
-    batch_size: int = 512
-    epochs: int = 12
-    share: float = 0.5
-    patience: int = 12
-    reduction: str = "mean"
-    stream_weights: tuple[float, ...] = (1.0, 0.5, 0.1)
-    clip: float = 1.0
-    average: float = 0.0
+    optimizer: str = setting("adamw", choices=("sgd", "adamw"))
+    learning_rate: float = setting(3e-3, above=0)
+    momentum: float = setting(0.9, least=0, below=1)
+    weight_decay: float = setting(0.0, least=0)
+    schedule: str = setting("cosine", choices=("constant", "cosine"))
+    warmup: float = setting(0.02, least=0, most=1)
+    batch_size: int = setting(512, least=1)
+    epochs: int = setting(12, least=1)
+    share: float = setting(0.5, above=0, most=1)
+    patience: int = setting(12, least=0)
+    reduction: str = setting("mean", choices=("sum", "mean"))
+    stream_weights: tuple[float, ...] = setting((1.0, 0.5, 0.1), least=0)
+    clip: float = setting(1.0, above=0)
+    average: float = setting(0.0, least=0, below=1)
     together: bool = False
-    precision: str = "32-true"
+    precision: str = setting("32-true", choices=("32-true", "bf16-mixed", "auto"))
     graph: bool = True
     compile: bool = False
     accelerator: str = "auto"
     devices: int = 1
-    nodes: int = 1
+    nodes: int = setting(1, least=1)
     strategy: str = "auto"
-    seed: int = 0
+    seed: int = setting(0, least=0)
     progress: bool = True
-    figure_every: int = 5
-    refine: int = 0
-    refine_rate: float = 1e-4
+    figure_every: int = setting(5, least=0)
+    refine: int = setting(0, least=0)
+    refine_rate: float = setting(1e-4, above=0)
     smoke: bool = False
 
     def __post_init__(self) -> None:
-        choices = {"optimizer": ("sgd", "adamw"), "schedule": ("constant", "cosine"), "reduction": ("sum", "mean"),
-                   "precision": ("32-true", "bf16-mixed", "auto")}
-        for setting in fields(self):
-            value, (kinds, name) = getattr(self, setting.name), _KINDS.get(setting.type, ((), ""))
-            if kinds and (not isinstance(value, kinds) or (isinstance(value, bool) and setting.type is not bool)):
-                raise DnnvssError(f"trainer.{setting.name}={value!r} is no {name}", remedy="Give one")
-        for name, allowed in choices.items():
-            if (value := getattr(self, name)) not in allowed:
-                raise DnnvssError(f"trainer.{name}={value!r}", remedy=f"Use one of {list(allowed)}")
-        for name in ("learning_rate", "batch_size", "epochs", "share", "clip", "refine_rate"):
-            if getattr(self, name) <= 0:
-                raise DnnvssError(f"trainer.{name}={getattr(self, name)} is not positive", remedy="Give more than 0")
-        for name in ("momentum", "weight_decay", "warmup", "patience", "average", "refine", "figure_every"):
-            if getattr(self, name) < 0:
-                raise DnnvssError(f"trainer.{name}={getattr(self, name)} is negative", remedy="Give 0 or more")
-        for name, remedy in (("share", "Give 1 at most"), ("warmup", "Give 1 at most"), ("average", "Give less than 1"),
-                             ("momentum", "Give less than 1")):
-            if (value := getattr(self, name)) > 1 or (value == 1 and remedy == "Give less than 1"):
-                raise DnnvssError(f"trainer.{name}={value} is too much", remedy=remedy)
-        object.__setattr__(self, "stream_weights", tuple(self.stream_weights))
+        check_settings(self, "trainer")
 
     def diverged(self, where: str, value: float) -> DnnvssError:
         """Return the error that ends a fit whose loss is no number, or far beyond what saying nothing costs.

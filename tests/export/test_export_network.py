@@ -2,13 +2,12 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from conftest import CLOCK, TABLE
+from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
@@ -17,7 +16,7 @@ from dnnvss.export.exported import ExportedModel
 from dnnvss.export.graph import FrameStreams, frame_streams
 from dnnvss.export.write import write_network
 from dnnvss.features import FeatureTable, NumericScaler, encode
-from dnnvss.systems import BlendedNetworks, Example, FeedForward, NetworkModel, PhoneMean, Prediction, VisualModel
+from dnnvss.systems import BlendedNetworks, Example, NetworkModel, PhoneMean, Prediction, VisualModel
 from dnnvss.timing import Tier
 from dnnvss.training import FitSettings
 
@@ -29,7 +28,7 @@ def trained(members: int, variances: bool, table: FeatureTable = TABLE, seed: in
     """Return a system with drawn weights and statistics: parity does not need a fit."""
     rng = np.random.default_rng(seed)
     torch.manual_seed(seed)
-    model = NetworkModel(table, CLOCK, partial(FeedForward, hidden=[16, 12]), FitSettings(), members, variances)
+    model = NetworkModel(table, CLOCK, NetworkModel.Settings(of_layers(16, 12), FitSettings(), members, variances))
     shape = (3, DIMENSIONS)
     model.mean_, model.deviation_ = (rng.uniform(0.5, 2, shape).astype(np.float32) for _ in range(2))
     model.variance_ = rng.uniform(0.5, 2, shape)
@@ -95,7 +94,7 @@ def test_predicted_variances_count_where_labels_disagree(examples: dict[str, lis
 
 def test_blended_networks_of_two_tables_are_one_graph(examples: dict[str, list[Example]]) -> None:
     table = FeatureTable((*NUMBERS[:2], "centre_viseme", *NUMBERS[2:]))
-    model = BlendedNetworks(table, CLOCK, partial(FeedForward, hidden=[8]), FitSettings(), weight=0.3)
+    model = BlendedNetworks(table, CLOCK, BlendedNetworks.Settings(of_layers(8), FitSettings(), weight=0.3))
     parts = [trained(1, False, t, seed) for t, seed in ((model.phone_table, 1), (table, 2))]
     parts[0].mean_, parts[0].deviation_, parts[0].scaler_ = (getattr(parts[1], n)
                                                              for n in ("mean_", "deviation_", "scaler_"))

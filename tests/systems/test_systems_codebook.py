@@ -30,7 +30,7 @@ def sentence(name: str, phones: list[str], frames: list[int], static: np.ndarray
 
 
 def fitted(train: list[Example], **settings: object) -> Codebook:
-    model = Codebook(TABLE, CLOCK, **settings)  # type: ignore[arg-type]
+    model = Codebook(TABLE, CLOCK, Codebook.Settings(**settings))
     model.fit(train, [], Path())
     return model
 
@@ -142,7 +142,7 @@ def test_unmeasured_phones_are_no_examples() -> None:
 
 
 def test_spline_halves_an_oscillation_at_its_cutoff() -> None:
-    model = Codebook(TABLE, CLOCK, cutoff=10.0)
+    model = Codebook(TABLE, CLOCK, Codebook.Settings(cutoff=10.0))
     t = np.arange(400) / 100
     for hertz, kept in ((1.0, 1.0), (10.0, 0.5), (40.0, 0.01)):
         wave = np.sin(2 * np.pi * hertz * t + 0.3)[:, None]
@@ -167,5 +167,5 @@ def test_neighbours_and_similarities_end_at_the_utterance() -> None:
 
 @pytest.mark.parametrize("setting", [{"examples": 0}, {"context": -1}, {"gamma": -1.0}, {"cutoff": 0.0}])
 def test_settings_out_of_range_are_refused(setting: dict) -> None:
-    with pytest.raises(DnnvssError, match=f"codebook setting {next(iter(setting))}="):
-        Codebook(TABLE, CLOCK, **setting)
+    with pytest.raises(DnnvssError, match=rf"model\.{next(iter(setting))}=.* is too little"):
+        Codebook.Settings(**setting)

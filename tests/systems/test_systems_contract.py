@@ -1,5 +1,7 @@
 """What every model keeps to, whatever is inside: one test over all files of conf/model."""
 
+from contextlib import nullcontext
+from dataclasses import is_dataclass
 from pathlib import Path
 
 import numpy as np
@@ -7,23 +9,84 @@ import pytest
 import torch
 from conftest import CLOCK, ROOT, TABLE
 from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
 
-from dnnvss.commands.plain import run_settings
-from dnnvss.curves import STATIC_DELTA_DELTA2
-from dnnvss.features import phones_of
-from dnnvss.runs.run import make_model
+import dnnvss.systems
+from dnnvss.errors import DnnvssError
+from dnnvss.features import FeatureTable, phones_of
 from dnnvss.systems import Example, VisualModel
-from dnnvss.systems.examples import Task
+from dnnvss.systems.base import READABLE
+from dnnvss.systems.frame_network import FrameNetwork
+from dnnvss.systems.registry import declared, make_system, null_systems, systems
 
 NAMES = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml"))
 SMALL = ["trainer.progress=false", "trainer.epochs=3", "trainer.figure_every=0", "trainer.batch_size=32",
          "trainer.accelerator=cpu"]
 
 
-def build(name: str) -> VisualModel:
+def build(name: str, *given: str, table: FeatureTable = TABLE) -> VisualModel:
+    """Return the untrained system of a file of ``conf/model``."""
     with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        config = compose("train", [f"model={name}", *SMALL])
-    return make_model(run_settings(config), Task(TABLE, CLOCK, STATIC_DELTA_DELTA2))
+        config = compose("train", [f"model={name}", *SMALL, *given])
+    settings: dict = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
+    assert settings["name"] == name
+    return make_system(name, settings, table, CLOCK)
+
+
+def test_every_system_has_a_file_and_every_file_a_system() -> None:
+    named = {OmegaConf.load(ROOT / "conf" / "model" / f"{name}.yaml").get("system") for name in NAMES} - {None}
+    assert named == set(systems()) - {"a_new_one"}  # of the test below, where that ran first
+    for cls in systems().values():
+        assert cls.reads <= READABLE and is_dataclass(cls.Settings)
+
+
+def test_a_new_system_is_a_class_in_a_module_of_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a_new_one.py").write_text("""
+from dnnvss.systems.means import PhoneMean
+
+class ANewOne(PhoneMean):
+    system = "a_new_one"
+    null = False
+""")
+    monkeypatch.setattr(dnnvss.systems, "__path__", [*dnnvss.systems.__path__, str(tmp_path)])
+    assert type(make_system("mine", {"system": "a_new_one"}, TABLE, CLOCK)).__name__ == "ANewOne"
+    assert "a new one" not in null_systems(TABLE, CLOCK)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_that_is_no_setting_is_refused(name: str) -> None:
+    with pytest.raises(DnnvssError, match=r"model\.moumbers is no setting"):
+        build(name, "+model.moumbers=2")
+
+
+@pytest.mark.parametrize("given, message", [
+    ("model.network.kind=feedfoward", r"model\.network\.kind=feedfoward is no setting.*feedforward\?"),
+    ("model.network.hidden=512", r"model\.network\.hidden=512 is no list"),
+    ("model.network.hidden=[]", r"model\.network\.hidden=\[\] is no network"),
+    ("+model.network.hiden=[8]", r"model\.network\.hiden is no setting.*model\.network\.hidden\?"),
+    ("model.members=two", r"model\.members=two is no whole number"),
+    ("model.system=newtork", r"model\.system=newtork is no setting.*model\.system=network\?"),
+    ("trainer.epochs=abc", r"trainer\.epochs=abc is no whole number"),
+    ("+trainer.epoch=3", r"trainer\.epoch is no setting.*trainer\.epochs\?")])
+def test_mistakes_are_told_under_the_names_that_a_user_gives(given: str, message: str) -> None:
+    with pytest.raises(DnnvssError, match=message):
+        build("feedforward", given)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_labels_that_a_system_does_not_read_are_refused(name: str) -> None:
+    table = FeatureTable((*TABLE.names, "centre_viseme"), TABLE.settings)
+    with nullcontext() if "visemes" in build(name).reads else pytest.raises(
+            DnnvssError, match=f"model={name} does not look at the dynamic visemes of the labels"):
+        assert build(name, table=table).table is table
+
+
+def test_null_models_are_found_by_what_they_say_of_themselves() -> None:
+    assert list(null_systems(TABLE, CLOCK)) == ["training mean", "phone mean"]
+
+
+def test_kinds_of_networks_are_found_by_name() -> None:
+    assert declared(FrameNetwork, "kind")["feedforward"].__name__ == "FeedForward"
 
 
 @pytest.fixture(scope="module", params=NAMES)

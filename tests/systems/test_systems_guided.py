@@ -1,15 +1,14 @@
 """Pieces chosen by a trajectory: the sentence's own where it is the guide, the joining ones where targets tie."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import CLOCK, TABLE
+from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, FeedForward, GuidedCodebook, Prediction
+from dnnvss.systems import Example, GuidedCodebook, Prediction
 from dnnvss.systems.guided import _ramped
 from dnnvss.training import FitSettings
 
@@ -17,7 +16,7 @@ SETTINGS = FitSettings(epochs=1, batch_size=32, progress=False, figure_every=0, 
 
 
 def guided(**settings: float) -> GuidedCodebook:
-    return GuidedCodebook(TABLE, CLOCK, partial(FeedForward, hidden=[8]), SETTINGS, **settings)
+    return GuidedCodebook(TABLE, CLOCK, GuidedCodebook.Settings(of_layers(8), SETTINGS, **settings))
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +28,7 @@ def model(examples: dict[str, list[Example]], tmp_path_factory: pytest.TempPathF
 
 def told(model: GuidedCodebook, monkeypatch: pytest.MonkeyPatch, mean: np.ndarray) -> None:
     monkeypatch.setattr(model, "stretch_", np.ones(1))
-    monkeypatch.setattr(model.book, "cutoff", None)
+    monkeypatch.setattr(model.book, "settings", replace(model.book.settings, cutoff=None))
     monkeypatch.setattr(model, "examples", 1)
     monkeypatch.setattr(model.network, "predict", lambda example: Prediction(mean, np.ones(1)))
 
@@ -101,5 +100,5 @@ def test_unknown_phone_takes_its_neighbours_pieces(model: GuidedCodebook, exampl
 
 def test_settings_out_of_range(tmp_path: Path) -> None:
     for wrong in ({"candidates": 0}, {"join": -1.0}, {"examples": 0}, {"candidates": 2}):
-        with pytest.raises(DnnvssError, match="candidates"):
+        with pytest.raises(DnnvssError, match=f"model.{next(iter(wrong))}="):
             guided(**wrong)

@@ -46,7 +46,7 @@ def drawn(name: str, rng: np.random.Generator) -> tuple[Example, np.ndarray, np.
 def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[HiddenSemiMarkov, list, list]:
     rng = np.random.default_rng(3)
     rows = [drawn(f"u{i}", rng) for i in range(40)]
-    model = HiddenSemiMarkov(TABLE, CLOCK, {"mdl": 3.0, "least_rows": 10}, {"mdl": 3.0}, realignments=3)
+    model = HiddenSemiMarkov(TABLE, CLOCK, HiddenSemiMarkov.Settings(Growth(3.0, 10), Growth(3.0), realignments=3))
     model.fit([r[0] for r in rows], [], tmp_path_factory.mktemp("hsmm"))
     return model, rows, [drawn(f"t{i}", rng) for i in range(4)]
 

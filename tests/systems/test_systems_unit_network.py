@@ -1,17 +1,16 @@
 """Dynamic visemes from phones on a talker whose gestures follow from the phones; networks that are given several."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from conftest import CLOCK, TABLE
+from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, encode
-from dnnvss.systems import BlendedNetworks, Example, FeedForward, NetworkModel
+from dnnvss.systems import BlendedNetworks, Example, NetworkModel
 from dnnvss.systems.blend import without_visemes
 from dnnvss.systems.unit_network import UnitNetwork, VisemePredictor, unit_sequence, unit_targets
 from dnnvss.timing import Tier
@@ -72,7 +71,7 @@ def test_one_batch_an_epoch_still_takes_its_inputs_from_all_alternatives(example
                                                                          tmp_path: Path) -> None:
     shown = [with_visemes(e, gestures(e)) for e in examples["train"]]
     others = [replace(e, alternatives=(e.codes,)) for e in shown]
-    model = NetworkModel(BOTH, CLOCK, partial(FeedForward, hidden=[8]), SETTINGS)
+    model = NetworkModel(BOTH, CLOCK, NetworkModel.Settings(of_layers(8), SETTINGS))
     model.fit(shown, shown[:1], tmp_path)
     frames = sum(len(e.codes) for e in shown)
     batches = model._batches([replace(e, valid=np.ones(len(e.codes), bool)) for e in others], tmp_path, seed=0)
@@ -125,7 +124,7 @@ def test_predictor_reads_phones_alone_and_survives_a_checkpoint(learnt: VisemePr
 
 def test_prediction_is_the_mean_over_alternatives(examples: dict[str, list[Example]], tmp_path: Path) -> None:
     shown = {name: [with_visemes(e, gestures(e)) for e in part] for name, part in examples.items()}
-    model = NetworkModel(BOTH, CLOCK, partial(FeedForward, hidden=[16]), replace(SETTINGS, epochs=1))
+    model = NetworkModel(BOTH, CLOCK, NetworkModel.Settings(of_layers(16), replace(SETTINGS, epochs=1)))
     model.fit(shown["train"], shown["val"], tmp_path)
     example = shown["test"][0]
     other = with_visemes(example, Tier("visemes", [(example.alignment.start, example.alignment.end, "1")]))
@@ -141,7 +140,7 @@ def test_training_takes_inputs_from_all_alternatives_in_turn(examples: dict[str,
     shown = [with_visemes(e, gestures(e)) for e in examples["train"]]
     val = [with_visemes(e, gestures(e)) for e in examples["val"]]
     wrong = [with_visemes(e, Tier("visemes", [(e.alignment.start, e.alignment.end, "1")])).codes for e in shown]
-    model = NetworkModel(BOTH, CLOCK, partial(FeedForward, hidden=[16]), replace(SETTINGS, epochs=1))
+    model = NetworkModel(BOTH, CLOCK, NetworkModel.Settings(of_layers(16), replace(SETTINGS, epochs=1)))
     model.fit(shown, val, tmp_path / "alone")
     batches = model._batches([replace(e, alternatives=(w,)) for e, w in zip(shown, wrong, strict=True)],
                              tmp_path, seed=0)
@@ -156,15 +155,15 @@ def test_blend_is_the_weighted_mean_of_a_network_with_and_one_without_visemes(
         examples: dict[str, list[Example]], tmp_path: Path) -> None:
     shown = {name: [with_visemes(e, gestures(e)) for e in part] for name, part in examples.items()}
     settings = replace(SETTINGS, epochs=2)
-    network = partial(FeedForward, hidden=[16])
-    blend = BlendedNetworks(BOTH, CLOCK, network, settings, weight=0.25)
+    network = of_layers(16)
+    blend = BlendedNetworks(BOTH, CLOCK, BlendedNetworks.Settings(network, settings, weight=0.25))
     blend.fit(shown["train"], shown["val"], tmp_path / "blend")
-    phones = NetworkModel(TABLE, CLOCK, network, settings)
+    phones = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(network, settings))
     phones.fit(examples["train"], examples["val"], tmp_path / "phones")
-    every = NetworkModel(BOTH, CLOCK, network, replace(settings, seed=1))
+    every = NetworkModel(BOTH, CLOCK, NetworkModel.Settings(network, replace(settings, seed=1)))
     every.fit(shown["train"], shown["val"], tmp_path / "all")
     expected = (0.75 * phones.predict(examples["test"][0]).mean + 0.25 * every.predict(shown["test"][0]).mean)
     np.testing.assert_allclose(blend.predict(shown["test"][0]).mean, expected, atol=1e-5)
     assert without_visemes(BOTH).names == TABLE.names
     with pytest.raises(DnnvssError, match="weight=2"):
-        BlendedNetworks(BOTH, CLOCK, network, settings, weight=2)
+        BlendedNetworks.Settings(network, settings, weight=2)

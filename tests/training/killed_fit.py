@@ -8,17 +8,16 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import lightning  # noqa: F401  (once, before the forks)
-from conftest import CLOCK, TABLE, make_example
+from conftest import CLOCK, TABLE, make_example, of_layers
 
 import dnnvss.training.fit
-from dnnvss.systems import FeedForward, NetworkModel
+from dnnvss.systems import NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.module import FrameRegression
 
@@ -29,7 +28,8 @@ def fit(folder: Path) -> None:
     """Fit and write the weights of the result and the error variances, which tell the validation errors."""
     rng = np.random.default_rng(1)
     train, val = ([make_example(f"{name}{i}", rng) for i in range(count)] for name, count in (("train", 4), ("val", 2)))
-    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16], dropout=0.2, input_dropout=0.2), SETTINGS)
+    network = of_layers(16, 16, dropout=0.2, input_dropout=0.2)
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(network, SETTINGS))
     model.fit(train, val, folder)
     weights = np.concatenate([p.detach().numpy().ravel() for p in model.networks_[0].parameters()])
     np.savez(folder / "result.npz", weights=weights, variance=model.variance_)

@@ -7,17 +7,16 @@ a third argument the second process meets a loss that is no number in the only s
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from conftest import CLOCK, TABLE, make_example
+from conftest import CLOCK, TABLE, make_example, of_layers
 
 import dnnvss.systems.network
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import FeedForward, NetworkModel
+from dnnvss.systems import NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import Batch, FrameBatches
 from dnnvss.training.devices import process_number
@@ -45,7 +44,7 @@ def main(folder: Path, devices: int, spoilt: bool) -> None:
     settings = FitSettings(epochs=2, batch_size=1000 if spoilt else 32, share=1.0, progress=False,
                            figure_every=0, accelerator="cpu", devices=devices, schedule="constant",
                            strategy="ddp" if devices > 1 else "auto")
-    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings)
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, 16), settings))
     try:
         model.fit(train, val, folder)
     except DnnvssError as error:

@@ -6,17 +6,17 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from conftest import CLOCK, TABLE
-from torch import nn
+from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems.base import NoSettings
+from dnnvss.systems.frame_network import FrameNetwork
 from dnnvss.training import FitSettings
 from dnnvss.training.checkpoints import load_checkpoint
 from dnnvss.training.devices import process_number
@@ -27,7 +27,7 @@ SETTINGS = FitSettings(epochs=4, batch_size=32, learning_rate=3e-3, progress=Fal
 
 
 def network(settings: FitSettings = SETTINGS) -> NetworkModel:
-    return NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16], dropout=0.2), settings)
+    return NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, 16, dropout=0.2), settings))
 
 
 def weights(model: NetworkModel) -> np.ndarray:
@@ -60,12 +60,12 @@ def test_members_are_the_networks_of_their_seeds_and_the_prediction_is_their_mea
     alone = [network(replace(short, seed=k)) for k in (0, 1)]
     for k, model in enumerate(alone):
         model.fit(examples["train"], examples["val"], tmp_path / f"alone{k}")
-    both = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16], dropout=0.2), short, members=2)
+    both = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, 16, dropout=0.2), short, members=2))
     both.fit(examples["train"], examples["val"], tmp_path / "both")
     expected = np.mean([m.predict(examples["test"][0]).mean for m in alone], axis=0)
     np.testing.assert_allclose(both.predict(examples["test"][0]).mean, expected, atol=1e-5)
     with pytest.raises(DnnvssError, match="members=0"):
-        NetworkModel(TABLE, CLOCK, partial(FeedForward), short, members=0)
+        NetworkModel.Settings(of_layers(16), short, members=0)
 
 
 def test_divergence_names_rate_reduction_and_batch(examples: dict[str, list[Example]], tmp_path: Path) -> None:
@@ -178,8 +178,8 @@ def test_the_average_keeps_no_history(examples: dict[str, list[Example]], tmp_pa
 
 def test_a_prediction_is_made_without_dropout_and_leaves_every_member_as_it_was(
         examples: dict[str, list[Example]], tmp_path: Path) -> None:
-    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16], dropout=0.5), replace(SETTINGS, epochs=1),
-                         members=2)
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, dropout=0.5), replace(SETTINGS, epochs=1),
+                                                             members=2))
     model.fit(examples["train"], examples["val"], tmp_path)
     model.networks_[0].train()
     with torch.inference_mode():
@@ -306,7 +306,7 @@ def test_members_trained_together_are_those_trained_apart(wanted: dict, examples
                                                           tmp_path: Path) -> None:
     """Weights, batches and clipping of each member are its own."""
     apart = replace(SETTINGS, epochs=2, **wanted)
-    models = [NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings, members=3)
+    models = [NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, 16), settings, members=3))
               for settings in (apart, replace(apart, together=True))]
     for name, model in zip(("apart", "together"), models, strict=True):
         model.fit(examples["train"], examples["val"], tmp_path / name)
@@ -317,10 +317,15 @@ def test_members_trained_together_are_those_trained_apart(wanted: dict, examples
 
 
 def test_only_feed_forward_networks_are_trained_together(examples: dict[str, list[Example]], tmp_path: Path) -> None:
-    def other(**sizes: int) -> nn.Module:
-        return nn.Linear(2, 2)
+    class Other(FrameNetwork):
+        """A network of another kind."""
 
-    model = NetworkModel(TABLE, CLOCK, other, replace(SETTINGS, together=True), members=2)
+        kind, Settings = "other", NoSettings
+
+        def __init__(self, binary: int, numeric: int, active: int, out: int) -> None:
+            super().__init__()
+
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings({"kind": "other"}, replace(SETTINGS, together=True), 2))
     with pytest.raises(DnnvssError, match=r"trainer\.together"):
         model.fit(examples["train"], examples["val"], tmp_path)
 
@@ -332,8 +337,8 @@ def test_compiled_steps_are_those_that_are_not(examples: dict[str, list[Example]
     """Without dropout, whose masks a compiled network draws for itself."""
     found = []
     for wanted in (False, True):
-        model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]),
-                             replace(SETTINGS, epochs=2, compile=wanted))
+        model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, 16),
+                                                                 replace(SETTINGS, epochs=2, compile=wanted)))
         model.fit(examples["train"], examples["val"], tmp_path / str(wanted))
         found.append(weights(model))
     np.testing.assert_allclose(found[1], found[0], atol=1e-4)

@@ -1,16 +1,15 @@
 """On a GPU: codes expanded there, steps recorded and replayed, and fits that end where those of the processor do."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from conftest import CLOCK, TABLE
+from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.systems import Example, NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.code_sum import code_sum
 
@@ -20,8 +19,8 @@ Splits = dict[str, list[Example]]
 
 
 def fitted(examples: Splits, folder: Path, settings: FitSettings, dropout: float = 0.2) -> NetworkModel:
-    build = partial(FeedForward, hidden=[16, 16], dropout=dropout, input_dropout=dropout)
-    model = NetworkModel(TABLE, CLOCK, build, settings)
+    network = of_layers(16, 16, dropout=dropout, input_dropout=dropout)
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(network, settings))
     model.fit(examples["train"], examples["val"], folder)
     return model
 

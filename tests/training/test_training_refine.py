@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from conftest import CLOCK, TABLE
+from conftest import CLOCK, TABLE, of_layers
 from torch import nn
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.systems import Example, NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.module import FrameRegression
 
@@ -22,7 +22,7 @@ JOIN = partial(mlpg, windows=STATIC_DELTA_DELTA2)
 
 
 def network(settings: FitSettings = SETTINGS, variances: bool = False) -> NetworkModel:
-    return NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), settings, variances=variances)
+    return NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, 16), settings, variances=variances))
 
 
 def trajectory_error(model: NetworkModel, examples: list[Example]) -> float:
@@ -75,8 +75,8 @@ def test_refining_lowers_the_trajectory_error_and_restores(
 
 def test_predicted_variances_of_several_members_fit_the_validation_errors(
         tmp_path: Path, examples: dict[str, list[Example]]) -> None:
-    model = NetworkModel(TABLE, CLOCK, partial(FeedForward, hidden=[16, 16]), replace(SETTINGS, refine=0), members=3,
-                         variances=True)
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(of_layers(16, 16), replace(SETTINGS, refine=0), members=3,
+                                                             variances=True))
     model.fit(examples["train"], examples["val"], tmp_path)
     found = [(model.predict(e), e.targets) for e in examples["val"]]
     scores = np.concatenate([(p.mean - t) ** 2 / p.variance for p, t in found]).mean(axis=0)

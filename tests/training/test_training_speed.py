@@ -80,7 +80,7 @@ def test_precision_follows_the_hardware(hardware: bool, expected: str, monkeypat
     if not hardware:
         with pytest.raises(DnnvssError, match="bf16-mixed on a device"):
             precision.resolve("bf16-mixed", "cpu")
-    with pytest.raises(DnnvssError, match=r"trainer\.precision='64'"):
+    with pytest.raises(DnnvssError, match=r"trainer\.precision=64"):
         replace(SGD, precision="64")
 
 

@@ -1,0 +1,84 @@
+"""Systems by name: every class of this package that declares one, built from plain settings.
+
+A new system is a class in a module of this package, with ``system``, ``reads`` and ``Settings``, and a file of
+``conf/model``. No list names it.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from typing import Any
+
+import dnnvss.systems
+from dnnvss.errors import DnnvssError
+from dnnvss.features import FeatureTable
+from dnnvss.settings import read_settings, unknown_setting
+from dnnvss.systems.base import VisualModel
+from dnnvss.timing import FrameClock
+from dnnvss.training.settings import FitSettings
+
+_WORDS = {"visemes": "dynamic visemes", "sound": "sound"}
+"""Inputs that cost something to have; phones and words are there in every utterance."""
+
+
+def systems() -> dict[str, type[VisualModel]]:
+    """Every system by its name in YAML."""
+    return declared(VisualModel, "system")
+
+
+def make_system(name: str, mapping: Mapping[str, Any], table: FeatureTable, clock: FrameClock) -> VisualModel:
+    """The untrained system that settings describe.
+
+    Args:
+        name: what the user calls it, the name of a file of ``conf/model``.
+        mapping: the settings in that file. ``system`` is the name of the class, which is ``name`` if left out.
+        table: the feature table of the labels.
+        clock: the trajectory clock.
+
+    Raises:
+        DnnvssError: no such system, a setting that it refuses, or labels with inputs that it does not read.
+    """
+    kind = str(mapping.get("system", name))
+    if kind not in (known := systems()):
+        raise unknown_setting(f"model.system={kind}", [f"model.system={other}" for other in known])
+    cls, own = known[kind], {k: v for k, v in mapping.items() if k not in ("name", "system")}
+    if isinstance(own.get("fit"), Mapping) and "fit" in {f.name for f in fields(cls.Settings)}:
+        own["fit"] = read_settings(FitSettings, own["fit"], "trainer")  # where a user sets them
+    settings = read_settings(cls.Settings, own, "model")
+    check_inputs(name, cls, table)
+    return cls(table, clock, settings)
+
+
+def check_inputs(name: str, cls: type[VisualModel], table: FeatureTable) -> None:
+    """Refuse labels with inputs that a system does not read.
+
+    Raises:
+        DnnvssError: there are some.
+    """
+    for unread in sorted((table.needs & _WORDS.keys()) - cls.reads):
+        raise DnnvssError(f"model={name} does not look at the {_WORDS[unread]} of the labels",
+                          remedy="Train it with labels of phones (labels=ph_d), or take a network (model=feedforward)")
+
+
+def null_systems(table: FeatureTable, clock: FrameClock) -> dict[str, VisualModel]:
+    """The untrained null models by title, which look at none of the columns of the table."""
+    return {name.replace("_", " "): cls(table, clock) for name, cls in systems().items() if cls.null}
+
+
+def declared(base: type, name: str) -> dict[str, type[Any]]:
+    """The subclasses of ``base`` that declare the class variable ``name``, by its value, in order of definition.
+
+    All modules of this package are imported first.
+    """
+    package = dnnvss.systems
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        importlib.import_module(module.name)
+    return {vars(cls)[name]: cls for cls in _subclasses(base) if name in vars(cls)}
+
+
+def _subclasses(base: type) -> Iterator[type[Any]]:
+    cls: type[Any]
+    for cls in base.__subclasses__():
+        yield cls
+        yield from _subclasses(cls)
