@@ -99,11 +99,6 @@ class Constraints:
         """Return what each functional measures on a trajectory (T, D), shape (M,)."""
         return self.matrix(len(trajectory), windows) @ np.asarray(trajectory, float).ravel()
 
-    def violations(self, trajectory: np.ndarray, windows: Windows = STATIC_DELTA_DELTA2) -> np.ndarray:
-        """Return by how much each functional lies outside its range, shape (M,), zero inside."""
-        values = self.values(trajectory, windows)
-        return np.maximum(np.maximum(self.low - values, values - self.high), 0.0)
-
     def matrix(self, frames: int, windows: Windows) -> scipy.sparse.csr_array:
         """Return the functionals as a sparse matrix (M, T * D) over the trajectory read frame by frame.
 

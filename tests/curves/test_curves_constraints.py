@@ -61,6 +61,12 @@ def mixed(rng, frames, columns):
     ])
 
 
+def violations(c, trajectory):
+    """By how much each functional lies outside its range, zero inside."""
+    values = c.values(trajectory)
+    return np.maximum(np.maximum(c.low - values, values - c.high), 0.0)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_conditions_of_the_optimum(seed):
     """All kinds at once: stationarity, feasibility and signs of the multipliers certify the one minimum."""
@@ -68,7 +74,7 @@ def test_conditions_of_the_optimum(seed):
     c = mixed(rng, 40, 3)
     x = constrain(x0, variance, c)
     hard = c.softness == 0
-    assert c.violations(x)[hard].max() < 1e-9
+    assert violations(c, x)[hard].max() < 1e-9
     a = c.matrix(40, STATIC_DELTA_DELTA2).toarray()
     values = a @ x.ravel()
     force = dense_normal_matrix(variance, STATIC_DELTA_DELTA2) @ (x - x0).ravel()
@@ -131,7 +137,7 @@ def test_doubled_constraints_agree_and_contradictions_are_named():
     with pytest.raises(DnnvssError, match="contradict"):
         constrain(x0, variance, ranges)
     soft = Constraints.joined([once, hold([7], np.ones(3), value=1.5, softness=0.1)])
-    assert once.violations(constrain(x0, variance, soft)).max() < 1e-9
+    assert violations(once, constrain(x0, variance, soft)).max() < 1e-9
 
 
 @pytest.mark.parametrize(
