@@ -21,7 +21,7 @@ from data_prep.media import laid
 from data_prep.stages import FOLDER, Workshop, fingerprint
 from dnnvss import files, robust
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.pose import fit_pose, mean_shape, to_reference
+from dnnvss.face.pose import fit_pose, mean_shape, to_reference
 from dnnvss.media import SPEECH_RATE, read_audio, write_wav
 from dnnvss.speech.align_features import HOP, cepstra
 

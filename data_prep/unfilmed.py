@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from data_prep.landmarks import read_all
-from data_prep.media import RATE, SILENT, laid
+from data_prep.media import SILENT, laid
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import check_times, common_rate, stamped
-from dnnvss.media import read_audio, write_wav
+from dnnvss.media import SPEECH_RATE, read_audio, write_wav
 from dnnvss.timing import FrameClock
 
 Results = Mapping[str, Mapping[str, Any]]
@@ -76,8 +76,8 @@ def sounded(name: str, out: Path, landmarks: tuple[Path, ...], dimensions: int, 
     known = {"frames": frames, "rate": rate, "size": [0, 0], "video": None}
     if sound is None:
         return {**known, "sound": None}
-    samples = laid(read_audio(sound, RATE), delay, round(float(frames / Fraction(rate)) * RATE))
+    samples = laid(read_audio(sound, SPEECH_RATE), delay, round(float(frames / Fraction(rate)) * SPEECH_RATE))
     if np.abs(samples).max(initial=0.0) < SILENT:
         raise DnnvssError("its sound is silence", file=sound, utterance=name, remedy="Give a recording with speech")
-    copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", samples, RATE)
+    copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", samples, SPEECH_RATE)
     return {**known, "sound": str(copied.relative_to(out))}

@@ -27,7 +27,7 @@ class Neutral:
     Args:
         image: uint8 RGB (H, W_, 3).
         points: the model's points (P, 2) in its pixels.
-        pose: head pose (4,) of :mod:`dnnvss.face.aam.pose`.
+        pose: head pose (4,) of :mod:`dnnvss.face.pose`.
         shape_offset, texture_offset: (P, 2) and (N, 3) of its clip.
         source: utterance and frame, e.g. ``"bbaf2n:3"``.
     """

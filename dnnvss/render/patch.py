@@ -9,8 +9,8 @@ from scipy.ndimage import distance_transform_edt
 
 from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.face.aam.mesh import rim, signed_area
-from dnnvss.face.aam.pose import to_reference
 from dnnvss.face.lips import lip_pairs
+from dnnvss.face.pose import to_reference
 from dnnvss.render.painter import Painter
 
 MARGIN = 4

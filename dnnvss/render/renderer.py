@@ -7,7 +7,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel
-from dnnvss.face.aam.pose import to_reference
+from dnnvss.face.pose import to_reference
 from dnnvss.render.neutral import Neutral
 from dnnvss.render.painter import Painter, Plan
 from dnnvss.render.patch import MARGIN, Patch, bounds

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import Warp, triangulate
 from dnnvss.face.aam.mesh import barycentric, rim, signed_area
-from dnnvss.face.aam.pose import PoseReference, fit_pose, mean_shape, smooth_pose, to_image, to_reference
+from dnnvss.face.pose import PoseReference, fit_pose, mean_shape, smooth_pose, to_image, to_reference
 
 SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 6.0], [0.0, 6.0]])
 

@@ -11,9 +11,9 @@ from face.aam_cases import CONFIG, GROUPS, clip, clip_arrays, clips, face
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, encode_clip, fit_aam, reconstruct
 from dnnvss.face.aam.coding import clip_errors, measure_clip
-from dnnvss.face.aam.pca import components
 from dnnvss.face.clips import Clip, UnusableClipError
 from dnnvss.face.lips import lip_pairs
+from dnnvss.face.pca import components
 from dnnvss.robust import robust_limit
 
 

@@ -17,7 +17,7 @@ from dnnvss.face.aam import AAMConfig, ActiveAppearanceModel, encode_clip, fit_a
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.labelling.schemes import SCHEMES
 from dnnvss.face.aam.parts import Part
-from dnnvss.face.aam.pose import fit_pose
+from dnnvss.face.pose import fit_pose
 from dnnvss.render import Neutral, Renderer
 
 MESH_146 = {"face_oval": (0, 36), "lips_outer": (36, 56), "lips_inner": (56, 76), "nose_base": (76, 83),

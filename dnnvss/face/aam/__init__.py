@@ -6,7 +6,7 @@ from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.fit import fit_aam
 from dnnvss.face.aam.mesh import Warp, triangulate
 from dnnvss.face.aam.model import ActiveAppearanceModel
-from dnnvss.face.aam.points import Layout, PointSet
+from dnnvss.face.point_set import Layout, PointSet
 
 __all__ = ["AAMConfig", "ActiveAppearanceModel", "ClipCode", "Layout", "PointSet", "Warp", "encode_clip", "fit_aam",
            "reconstruct", "triangulate"]

@@ -15,7 +15,7 @@ class ClipCode:
 
     Args:
         parameters: (F, D) float32; frames that are not valid are interpolated between their neighbours.
-        pose: (F, 4) float32, smoothed head pose (see :mod:`dnnvss.face.aam.pose`).
+        pose: (F, 4) float32, smoothed head pose (see :mod:`dnnvss.face.pose`).
         shape_offset: (P, 2) float32, the clip's mean shape less the model's.
         texture_offset: (N, 3) float32, the clip's mean texture less the model's.
         valid: (F,) bool; False where the landmarks were, or where the frame is an outlier.

@@ -7,9 +7,9 @@ import numpy as np
 
 from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.model import ActiveAppearanceModel
-from dnnvss.face.aam.outliers import shape_distance
-from dnnvss.face.aam.pose import to_reference
 from dnnvss.face.clips import Clip, UnusableClipError
+from dnnvss.face.outliers import shape_distance
+from dnnvss.face.pose import to_reference
 from dnnvss.timing import fill_invalid
 
 _CHUNK = 64

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.parts import Part
-from dnnvss.face.aam.points import PointSet
+from dnnvss.face.point_set import PointSet
 
 _WORDS = {"kind": ("combined", "separate"), "texture_shape": ("open", "mean"), "alignment": ("similarity", "rigid"),
           "colour": ("rgb", "luminance")}

@@ -8,7 +8,7 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.parts import Support
-from dnnvss.face.aam.pca import components
+from dnnvss.face.pca import components
 
 _CHUNK = 256
 

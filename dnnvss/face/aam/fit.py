@@ -12,20 +12,12 @@ from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.decomposition import find_modes
 from dnnvss.face.aam.mesh import Warp, triangulate
 from dnnvss.face.aam.model import ActiveAppearanceModel
-from dnnvss.face.aam.outliers import (
-    LEAST_PARAMETERS,
-    LEAST_SHAPE,
-    LEAST_STABLE,
-    LEAST_TEXTURE,
-    Limits,
-    shape_distance,
-    spread_of,
-    texture_distance,
-)
+from dnnvss.face.aam.outliers import LEAST_TEXTURE, Limits, texture_distance
 from dnnvss.face.aam.parts import supports
-from dnnvss.face.aam.points import Layout
-from dnnvss.face.aam.pose import PoseReference, mean_shape, to_reference
 from dnnvss.face.clips import Clip
+from dnnvss.face.outliers import LEAST_PARAMETERS, LEAST_SHAPE, LEAST_STABLE, shape_distance, spread_of
+from dnnvss.face.point_set import Layout
+from dnnvss.face.pose import PoseReference, mean_shape, to_reference
 from dnnvss.robust import robust_limit
 
 _MEMORY = 2**30

@@ -15,10 +15,10 @@ from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.aam.outliers import Limits
 from dnnvss.face.aam.parts import part_names
-from dnnvss.face.aam.points import Layout
-from dnnvss.face.aam.pose import PoseReference, to_image, to_reference
 from dnnvss.face.base import Gauge, name_groups
 from dnnvss.face.lips import mouth_gauges
+from dnnvss.face.point_set import Layout
+from dnnvss.face.pose import PoseReference, to_image, to_reference
 
 _FORMATS = (1, 2)
 """Written: 1 where no setting needs 2, which brought rigid poses, luminance and parts."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.mesh import Warp
-from dnnvss.face.aam.points import Layout
+from dnnvss.face.point_set import Layout
 
 
 @dataclass(frozen=True)

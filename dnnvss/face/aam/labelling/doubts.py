@@ -7,7 +7,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.sheet import Label, Sheet
-from dnnvss.face.aam.pose import fit_pose, mean_shape, to_reference
+from dnnvss.face.pose import fit_pose, mean_shape, to_reference
 
 _NEEDED = 5
 """Finished labels from which shapes are compared."""

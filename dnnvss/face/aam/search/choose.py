@@ -18,7 +18,7 @@ import numpy as np
 from sklearn.cluster import KMeans
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam.pca import components
+from dnnvss.face.pca import components
 from dnnvss.media.reading import video_frames, video_info
 from dnnvss.robust import robust_limit
 

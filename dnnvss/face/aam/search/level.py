@@ -25,8 +25,8 @@ import cv2
 import numpy as np
 
 from dnnvss.face.aam.mesh import Warp
-from dnnvss.face.aam.pca import components
 from dnnvss.face.aam.search.shapes import Shapes, slopes
+from dnnvss.face.pca import components
 
 _ROW = 256
 _STEP = 4.0

@@ -13,10 +13,10 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.mesh import signed_area
-from dnnvss.face.aam.pose import fit_pose
 from dnnvss.face.aam.search.level import Level, fit_level
 from dnnvss.face.aam.search.shapes import Shapes, fit_shapes
 from dnnvss.face.aam.search.view import channels_of, views_of
+from dnnvss.face.pose import fit_pose
 
 _FORMAT = 1
 _REMEDY = "Delete it and run the command again"

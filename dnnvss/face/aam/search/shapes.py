@@ -15,8 +15,8 @@ from scipy.spatial import Delaunay, QhullError
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.mesh import signed_area, triangulate
-from dnnvss.face.aam.pca import components
-from dnnvss.face.aam.pose import fit_pose, to_reference
+from dnnvss.face.pca import components
+from dnnvss.face.pose import fit_pose, to_reference
 
 _ROUNDS = 10
 _MOST = 3.0

@@ -1,0 +1,55 @@
+"""A clip as parameters of a face of points."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+_ARRAYS = ("parameters", "pose", "shape_offset", "valid", "outlier_reasons", "outlier_frames")
+_REMEDY = "Delete it and run the command again"
+
+
+@dataclass(frozen=True)
+class PointsCode:
+    """A clip as parameters, with what is needed to put it back where it was recorded.
+
+    Args:
+        parameters: (F, D) float32; frames that are not valid are interpolated between their neighbours.
+        pose: (F, 4 or 12) float32, smoothed head pose (see :mod:`dnnvss.face.points.pose`).
+        shape_offset: (P, 2 or 3) float32, the clip's mean shape less the face's.
+        valid: (F,) bool; False where the landmarks were, or where the frame is an outlier.
+        outliers: reason to the frames that were left out for it.
+    """
+
+    parameters: np.ndarray
+    pose: np.ndarray
+    shape_offset: np.ndarray
+    valid: np.ndarray
+    outliers: dict[str, list[int]] = field(default_factory=dict)
+
+    def save(self, path: Path, **more: np.ndarray) -> Path:
+        """Write the code, and ``more`` arrays beside it, as ``.npz``; return the path."""
+        reasons = sorted(self.outliers)
+        frames = np.zeros((len(reasons), len(self.valid)), bool)
+        for row, reason in zip(frames, reasons, strict=True):
+            row[self.outliers[reason]] = True
+        return files.write_arrays(path, parameters=self.parameters, pose=self.pose, shape_offset=self.shape_offset,
+                                  valid=self.valid, outlier_reasons=np.array(reasons, dtype=str),
+                                  outlier_frames=frames, **more)
+
+    @classmethod
+    def load(cls, path: Path) -> "PointsCode":
+        """The code that :meth:`save` wrote.
+
+        Raises:
+            DnnvssError: the file is missing or damaged.
+        """
+        arrays = files.read_arrays(path, _REMEDY)
+        if missing := sorted(set(_ARRAYS) - set(arrays)):
+            raise DnnvssError(f"lacks {', '.join(missing)}", file=path, remedy=_REMEDY)
+        marks = zip(arrays["outlier_reasons"], arrays["outlier_frames"], strict=True)
+        outliers = {str(reason): np.flatnonzero(row).tolist() for reason, row in marks}
+        return cls(arrays["parameters"], arrays["pose"], arrays["shape_offset"], arrays["valid"], outliers)

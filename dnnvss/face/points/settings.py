@@ -1,0 +1,52 @@
+"""The settings of a face of points."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
+
+from dnnvss.face.point_set import PointSet
+from dnnvss.settings import check_settings, read_settings, setting
+
+
+@dataclass(frozen=True)
+class PointsSettings:
+    """How a face of points is fitted; the defaults are those of ``conf/face/points.yaml``.
+
+    Args:
+        points: which landmarks are modelled, and which are stable.
+        modes: how many principal components, the share of variance to keep if it is below 1, or ``raw``: the points
+            themselves.
+        pose_smoothing: time constant in seconds over which head pose is smoothed; 0 leaves it as tracked.
+        clip_means: remove each clip's mean shape before the modes are learnt.
+        outlier: robust standard deviations beyond which a frame is left out.
+        seed: of the randomised decomposition of very many points.
+    """
+
+    face: ClassVar[str] = "points"
+
+    points: PointSet = field(default_factory=PointSet)
+    modes: float | Literal["raw"] = setting(12, above=0, doc="number, share of variance below 1, or raw")
+    pose_smoothing: float = setting(0.12, least=0, doc="seconds")
+    clip_means: bool = setting(True, doc="remove each clip's mean shape")
+    outlier: float = setting(10.0, above=0, doc="robust standard deviations")
+    seed: int = setting(1, least=0)
+
+    def __post_init__(self) -> None:
+        """Refuse values that mean nothing."""
+        check_settings(self, "face")
+
+    @classmethod
+    def from_dict(cls, value: Mapping[str, Any]) -> "PointsSettings":
+        """The settings that plain containers (YAML) describe; what is absent keeps its default.
+
+        Raises:
+            DnnvssError: an unknown name or a value out of range.
+        """
+        plain = dict(value)
+        if isinstance(plain.get("points"), Mapping):
+            plain["points"] = PointSet.from_dict(plain["points"])
+        return read_settings(cls, plain, "face")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain containers, the inverse of :meth:`from_dict`."""
+        return {**vars(self), "points": self.points.to_dict()}
