@@ -23,7 +23,7 @@ from omegaconf import OmegaConf
 from dnnvss.commands.compose import compose
 from dnnvss.corpus import Utterance
 from dnnvss.curves import mlpg, resample
-from dnnvss.render import Renderer
+from dnnvss.render.pictures import Pictures
 from dnnvss.runs.run import Run
 from dnnvss.style import Style, generate
 from dnnvss.style.generator import make_style
@@ -59,7 +59,7 @@ def now() -> np.ndarray:
     return 1000 * np.array([time.perf_counter(), time.process_time()])
 
 
-def speak(run: Run, renderer: Renderer, style: Style, seconds: float, timed: Stopwatch) -> int:
+def speak(run: Run, renderer: Pictures, style: Style, seconds: float, timed: Stopwatch) -> int:
     """Say the sentence once; return its frames."""
     with timed("text"):
         sentence = parse(TEXT, variant=run.voice.variant)
@@ -90,7 +90,7 @@ def main() -> None:
     print(f"wall and CPU milliseconds, median of {options.repeats}, one thread")
     for folder in options.runs:
         run, timed = Run.open(folder), Stopwatch()
-        renderer = Renderer(run.face, run.picture)
+        renderer = run.pictures()
         style = make_style(OmegaConf.to_container(compose(CONF, "synth", []).style), run.face)
         speak(run, renderer, style, options.seconds, Stopwatch())  # what is read once is read
         for _ in range(options.repeats):

@@ -16,7 +16,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import Report
 from dnnvss.evaluation.run import evaluate_run
 from dnnvss.face.encoding import FACE, EncodedCorpus, encode_corpus
-from dnnvss.render import choose_neutral
+from dnnvss.render.pictures import keep_ground
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.naming import check_begun, delete_run, run_name
 from dnnvss.runs.run import Run, make_model, provenance
@@ -111,7 +111,7 @@ def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: Dic
     places = RunFiles(folder)
     with files.replacing(places.face) as temporary:
         shutil.copyfile(encoded.folder / FACE, temporary)
-    choose_neutral(corpus, encoded).save(places.picture)
+    keep_ground(corpus, encoded, places.picture)
     DurationModel.fit(train).save(places.durations)
     Voice.of(train, corpus.info).save(places.voice)
 

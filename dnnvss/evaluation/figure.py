@@ -43,7 +43,7 @@ def draw(folders: list[Path], out: Path, coefficient: int = 5, utterance: str | 
         name = run.settings.labels_name
         series[name if name not in series else run.folder.name] = predicted[:, coefficient - 1]
     spoken = Corpus.open(runs[0].corpus).utterances[chosen]
-    title = f"AAM coefficient {coefficient}, {chosen}: {spoken.text}"
+    title = f"coefficient {coefficient}, {chosen}: {spoken.text}"
     return plot_trajectories(out, series, runs[0].clock.rate, spoken.alignment["phones"], title)
 
 

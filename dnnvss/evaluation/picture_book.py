@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.base import Face
 from dnnvss.media import write_video
 from dnnvss.media.pictures import write_picture
-from dnnvss.render.plots import synthesise
+from dnnvss.render.pictures import still
 from dnnvss.runs.run import Run
 from dnnvss.visemes import REST, Visemes
 
@@ -32,7 +32,7 @@ def gesture(visemes: Visemes, unit: int, count: int) -> np.ndarray:
     return np.stack([np.interp(at, np.arange(len(mean)), column) for column in mean.T], axis=1)
 
 
-def draw_units(path: Path, visemes: Visemes, face: ActiveAppearanceModel, pictures: int = 4, across: int = 6) -> Path:
+def draw_units(path: Path, visemes: Visemes, face: Face, pictures: int = 4, across: int = 6) -> Path:
     """Write an image with a strip of each unit, the most frequent first after rest, and return the path.
 
     A strip's caption is the unit's number, how many training gestures it has, and their mean duration.
@@ -44,18 +44,18 @@ def draw_units(path: Path, visemes: Visemes, face: ActiveAppearanceModel, pictur
     return path
 
 
-def _strip(visemes: Visemes, unit: int, face: ActiveAppearanceModel, pictures: int) -> np.ndarray:
-    row = np.concatenate([_small(synthesise(face, p)) for p in gesture(visemes, unit, pictures)], axis=1)
+def _strip(visemes: Visemes, unit: int, face: Face, pictures: int) -> np.ndarray:
+    row = np.concatenate([_small(still(face, p)) for p in gesture(visemes, unit, pictures)], axis=1)
     name = "rest" if unit == REST else str(unit)
     caption = f"{name}: {visemes.counts[unit]} x {1000 * visemes.seconds[unit]:.0f} ms"
     bordered = cv2.copyMakeBorder(row, 18, 4, 4, 8, cv2.BORDER_CONSTANT, value=(255, 255, 255))
     return _written(bordered, caption)
 
 
-def page_frames(visemes: Visemes, units: list[int], face: ActiveAppearanceModel) -> Iterator[np.ndarray]:
+def page_frames(visemes: Visemes, units: list[int], face: Face) -> Iterator[np.ndarray]:
     """Yield the pictures of one page: every unit's mean gesture at half speed, repeated."""
     counts = {u: max(2, round(_SLOWER * _RATE * float(visemes.seconds[u]))) for u in units}
-    drawn = {u: [_written(_small(synthesise(face, p)), str(u)) for p in gesture(visemes, u, counts[u])] for u in units}
+    drawn = {u: [_written(_small(still(face, p)), str(u)) for p in gesture(visemes, u, counts[u])] for u in units}
     blank = np.full_like(drawn[units[0]][0], 255)
     pause, longest = round(_PAUSE * _RATE), max(counts.values())
     for _ in range(_TIMES):

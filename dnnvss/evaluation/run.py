@@ -78,7 +78,7 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     pages = [title, *notes[1:], report.markdown(), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
              about, *_unseen_words(folder, task, examples, predicted, references, masks), corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
-    _figures(folder, task, test[0], {name: p[test[0].id] for name, p in predicted.items()})
+    _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()})
     numbers = {**report.to_json(), "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
     return report, numbers
 
@@ -138,9 +138,9 @@ def _calibration(folder: Path, generator: Generator, test: list[Example]) -> dic
     return {name: np.round(v, 6).tolist() for name, v in values.items()}
 
 
-def _figures(folder: Path, task: Task, example: Example, predicted: Trajectories) -> None:
+def _figures(folder: Path, task: Task, face: Face, example: Example, predicted: Trajectories) -> None:
     assert example.targets is not None
     for d in range(min(5, example.targets.shape[2])):
         series = {"reference": example.targets[:, 0, d], **{name: p[:, d] for name, p in predicted.items()}}
         plot_trajectories(RunFiles(folder).figure(f"coefficient_{d + 1}"), series, task.clock.rate,
-                          example.alignment["phones"], f"AAM coefficient {d + 1}, utterance {example.id}")
+                          example.alignment["phones"], f"{face.names[d]}, utterance {example.id}")

@@ -6,15 +6,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import resample
 from dnnvss.evaluation import Report
+from dnnvss.face.base import Textured
 from dnnvss.media import SOUND_RATE, read_audio, read_video, write_video
-from dnnvss.render import Renderer
+from dnnvss.render.pictures import Pictures
 from dnnvss.render.side_by_side import side_by_side
 from dnnvss.runs.run import Run
 from dnnvss.style.generator import PLAIN, make_style
 
+RECORDED = "recorded"
 _COLUMNS = 4
 """Faces a row at most."""
 
@@ -30,14 +33,15 @@ def worst_middle_best(report: Report, system: str = "model") -> list[str]:
 def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
     """Write ``videos/<sentence>.mp4`` in the run folder, with the recorded sound, and return the paths."""
     style = make_style(run.settings.style, run.face)
-    renderer = Renderer(run.face, run.picture)
+    pictures = run.pictures()
     styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, run.settings.style_name: style}
     written = []
     for utterance in (corpus.utterances[i] for i in ids):
         example, clock = run.example(utterance), run.task.clock
-        faces = [renderer.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
+        faces = [pictures.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
         sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
-        frames = side_by_side(_recorded(corpus, utterance, renderer.size), *faces, captions=["recorded", *styles])
+        caption, truth = _truth(run, pictures, corpus, utterance)
+        frames = side_by_side(truth, *faces, captions=[caption, *styles])
         path = run.files.video(utterance.id)
         written.append(write_video(path, frames, utterance.clock.rate, sound, SOUND_RATE))
     return written
@@ -49,16 +53,17 @@ def write_systems(runs: Mapping[str, Run], corpus: Corpus, sentence: str, out: P
     The faces alone are shown, in rows, each under its name.
     """
     utterance = corpus.utterances[sentence]
-    faces, captions, size = [], ["recorded"], (0, 0)
+    drawn = {name: run.pictures() for name, run in runs.items()}
+    faces = []
     for name, run in runs.items():
-        renderer = Renderer(run.face, run.picture)
         trajectory = run.generator(run.example(utterance), PLAIN)
-        faces.append(renderer.frames(resample(trajectory, run.task.clock, utterance.clock)))
-        captions.append(name)
-        size = renderer.size
+        faces.append(drawn[name].frames(resample(trajectory, run.task.clock, utterance.clock)))
+    last = list(runs)[-1]
+    caption, truth = _truth(runs[last], drawn[last], corpus, utterance)
+    captions = [caption, *runs]
     sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
-    box = _face_box(corpus, utterance, size)
-    cut = ((picture[box] for picture in face) for face in (_recorded(corpus, utterance, size), *faces))
+    box = _face_box(corpus, utterance, drawn[last].size) if caption == RECORDED else (slice(None), slice(None))
+    cut = ((picture[box] for picture in face) for face in (truth, *faces))
     frames = side_by_side(*cut, captions=captions, columns=min(_COLUMNS, -(-len(captions) // 2)))
     return write_video(out, frames, utterance.clock.rate, sound, SOUND_RATE)
 
@@ -71,6 +76,14 @@ def _face_box(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> tu
     x0, y0 = np.maximum(low - room, 0).astype(int)
     x1, y1 = np.minimum(high + room, size).astype(int)
     return slice(y0, y1 - (y1 - y0) % 2), slice(x0, x1 - (x1 - x0) % 2)
+
+
+def _truth(run: Run, pictures: Pictures, corpus: Corpus, utterance: Utterance) -> tuple[str, Iterator[np.ndarray]]:
+    """What predictions are shown beside: the recording, or what was measured in it where the face has no texture."""
+    if isinstance(run.face, Textured):
+        return RECORDED, _recorded(corpus, utterance, pictures.size)
+    measured = files.read_arrays(run.files.prediction("reference"))[utterance.id]
+    return "measured", pictures.frames(resample(measured, run.task.clock, utterance.clock))
 
 
 def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:

@@ -9,9 +9,11 @@ from scipy.ndimage import gaussian_filter1d
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, reconstruct
-from dnnvss.render.painter import Painter
+from dnnvss.face.aam.painter import Painter
+from dnnvss.face.base import Face
 from dnnvss.render.patch import MARGIN, Patch, bounds
 from dnnvss.render.renderer import check_scale, resized
+from dnnvss.render.views import VIEWS, model_view
 
 _LEAST = 5
 """Frames in a row that footage must have at least."""
@@ -86,6 +88,27 @@ def walk(pose: np.ndarray, count: int, fill: str) -> np.ndarray:
     return np.concatenate(steps)[:count]
 
 
+def talker_model(face: Face) -> ActiveAppearanceModel:
+    """A face as the model that footage is drawn with.
+
+    Raises:
+        DnnvssError: it has no texture.
+    """
+    if not isinstance(face, ActiveAppearanceModel):
+        raise DnnvssError(f"a face of the kind {face.kind} has no texture, so it cannot be put into footage",
+                          remedy="Leave into= out")
+    return face
+
+
+def revoicer(face: Face, footage: Footage, order: np.ndarray, scale: float = 1.0) -> "Revoicer":
+    """What draws a face into footage (see :class:`Revoicer`).
+
+    Raises:
+        DnnvssError: a face without texture, footage of another face, or a scale that is not positive.
+    """
+    return Revoicer(talker_model(face), footage, order, scale)
+
+
 class Revoicer:
     """Draws parameters into footage: every frame keeps its head pose, its light, its eyes and its background.
 
@@ -146,6 +169,17 @@ class Revoicer:
         """
         index = ((np.arange(len(parameters)) + 0.5) * len(self.order) / len(parameters)).astype(int)
         return self._placed(parameters, self.order[index])
+
+    @property
+    def views(self) -> tuple[str, ...]:
+        """What :meth:`view` can show; ``reference`` is the footage as it was recorded."""
+        return *VIEWS, "reference"
+
+    def view(self, name: str, parameters: np.ndarray) -> Iterator[np.ndarray]:
+        """The pictures of a view, for parameters (T, D)."""
+        if name == "reference":
+            return self.recorded(len(parameters))
+        return self.frames(parameters) if name == "face" else model_view(self.model, self, name, parameters)
 
     def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
         """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D)."""

@@ -8,11 +8,14 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.aam.drawing import parted
 from dnnvss.face.aam.mesh import rim, signed_area
+from dnnvss.face.aam.painter import Painter
 from dnnvss.face.lips import lip_pairs
 from dnnvss.face.pose import to_reference
-from dnnvss.render.painter import Painter
 
+BATCH = 64
+"""Frames whose textures are decoded together."""
 MARGIN = 4
 """Pixels round the texture's picture that carry the picture below, for the interpolation at the rim."""
 _LIP_MARGIN = 3.0
@@ -154,13 +157,8 @@ class Patch:
         return lip_pairs(self.model.mean_shape, self.model.layout.inner)[0]
 
     def parted(self, shapes: np.ndarray) -> np.ndarray:
-        """Return shapes (..., P, 2) in which lips that would pass through each other meet half way."""
-        shapes = shapes.copy()
-        for upper, lower in self._lips:
-            crossed = np.maximum(shapes[..., upper, 1] - shapes[..., lower, 1], 0) / 2
-            shapes[..., upper, 1] -= crossed
-            shapes[..., lower, 1] += crossed
-        return shapes
+        """Shapes (..., P, 2) in which lips that would pass through each other meet half way."""
+        return parted(shapes, self._lips)
 
 
 def bounds(points: np.ndarray, size: tuple[int, int]) -> tuple[int, int, int, int]:

@@ -10,9 +10,8 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel
-from dnnvss.render.painter import Painter
-from dnnvss.render.patch import Patch
+from dnnvss.face.base import Face
+from dnnvss.render.pictures import still
 from dnnvss.timing import FrameClock, Tier
 
 _COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
@@ -127,20 +126,20 @@ def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
 
 
-def plot_modes(path: str | Path, model: ActiveAppearanceModel, count: int = 6, deviations: float = 2.0) -> Path:
+def plot_modes(path: str | Path, face: Face, count: int = 6, deviations: float = 2.0) -> Path:
     """Write a picture of the first modes, some standard deviations down, at the mean, and up; return the path."""
-    count = min(count, model.size)
+    count = min(count, len(face.names))
     figure = _figure(1.5 * count, 3.6)
     grid = figure.subplots(3, count, squeeze=False)
     for mode in range(count):
         for row, amount in enumerate((-deviations, 0.0, deviations)):
-            parameters = np.zeros(model.size)
-            parameters[mode] = amount * model.deviations[mode]
+            parameters = np.zeros(len(face.names))
+            parameters[mode] = amount * face.deviations[mode]
             axes = grid[row, mode]
-            axes.imshow(synthesise(model, parameters, zoom=3))
+            axes.imshow(still(face, parameters, zoom=3))
             axes.set_axis_off()
             if row == 0:
-                axes.set_title(model.names[mode], fontsize=9)
+                axes.set_title(face.names[mode], fontsize=9)
             if mode == 0:
                 axes.text(-0.08, 0.5, f"{amount:+.0f} sd" if amount else "mean", transform=axes.transAxes, rotation=90,
                           va="center", ha="right", fontsize=9)
@@ -169,21 +168,6 @@ def plot_grid(path: str | Path, grids: Mapping[str, np.ndarray], rows: tuple[str
                  yticks=range(len(rows[1])), yticklabels=rows[1], ylabel=rows[0])
         axes.set_title(title, fontsize=10)
     return _save(figure, path)
-
-
-def synthesise(model: ActiveAppearanceModel, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
-    """Return the picture, uint8 (H, W_, 3), of parameters (D,): decoded texture on decoded shape, on white."""
-    points, texture = model.decode(parameters)
-    points, warp = Patch(model).parted(points), model.warp
-    canvas = warp.picture(np.clip(texture, 0, 255).round().astype(np.uint8), fill=255)
-    canvas = np.pad(canvas, ((1, 1), (1, 1), (0, 0)), constant_values=255)
-    margin = 6
-    height, width = (round((s / warp.scale + 2 * margin) * zoom) for s in warp.size)
-    source = (warp.shape - warp.origin) * warp.scale + 1
-    inner = np.flatnonzero(np.isin(warp.triangles, model.layout.inner).all(axis=1))
-    outside = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5]])  # the white corner
-    painter = Painter(warp.triangles, source, inner, (height, width), outside)
-    return painter.paint(canvas, (points - warp.origin + margin) * zoom)
 
 
 def _figure(width: float, height: float) -> Any:

@@ -7,13 +7,11 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel
+from dnnvss.face.aam.painter import Painter, Plan
 from dnnvss.face.pose import to_reference
 from dnnvss.render.neutral import Neutral
-from dnnvss.render.painter import Painter, Plan
-from dnnvss.render.patch import MARGIN, Patch, bounds
-
-BATCH = 64
-"""Frames whose textures are decoded together."""
+from dnnvss.render.patch import BATCH, MARGIN, Patch, bounds
+from dnnvss.render.views import VIEWS, model_view
 
 
 class Renderer:
@@ -68,6 +66,15 @@ class Renderer:
         points = self.points_in_image(parameters)
         ring = np.broadcast_to(self._ring * self.scale, (len(points), *self._ring.shape))
         return np.concatenate([points, ring], axis=1) - self._box[:2]
+
+    @property
+    def views(self) -> tuple[str, ...]:
+        """What :meth:`view` can show."""
+        return VIEWS
+
+    def view(self, name: str, parameters: np.ndarray) -> Iterator[np.ndarray]:
+        """The pictures of a view, for parameters (T, D)."""
+        return self.frames(parameters) if name == "face" else model_view(self.model, self, name, parameters)
 
     def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
         """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D)."""

@@ -7,16 +7,17 @@ import cv2
 import numpy as np
 
 from dnnvss.face.aam import ActiveAppearanceModel
-from dnnvss.render.painter import Painter
-from dnnvss.render.patch import bounds
-from dnnvss.render.renderer import BATCH
+from dnnvss.face.aam.drawing import bordered, bordered_painter
+from dnnvss.render.patch import BATCH, bounds
 
 _LINE, _LIPS, _POINT, _GROUND = (176, 190, 204), (201, 66, 84), (38, 70, 108), 255
 _SHIFT = 4
+VIEWS = ("face", "patch", "mesh")
+"""What every drawing of a model can show."""
 
 
-class Pictures(Protocol):
-    """What turns parameters into pictures: a :class:`Renderer` or a :class:`Revoicer`."""
+class Placed(Protocol):
+    """Where a model's points lie in the pictures of a :class:`Renderer` or a :class:`Revoicer`."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -27,32 +28,31 @@ class Pictures(Protocol):
         """The texture offset (N, 3) of the clip that is drawn into."""
 
     def points_in_image(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the model's points (T, P, 2) in pixels of the pictures."""
-
-    def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D)."""
+        """The model's points (T, P, 2) in pixels of the pictures."""
 
 
-def patch_frames(model: ActiveAppearanceModel, pictures: Pictures, parameters: np.ndarray) -> Iterator[np.ndarray]:
+def model_view(model: ActiveAppearanceModel, pictures: Placed, name: str, parameters: np.ndarray
+               ) -> Iterator[np.ndarray]:
+    """The bare ``patch`` or the ``mesh`` where the face has them, for parameters (T, D)."""
+    draw = {"patch": patch_frames, "mesh": mesh_frames}[name]
+    return draw(model, pictures, parameters)
+
+
+def patch_frames(model: ActiveAppearanceModel, pictures: Placed, parameters: np.ndarray) -> Iterator[np.ndarray]:
     """Yield for parameters (T, D) the decoded texture on its shape, on white, where the face has it; (H, W_, 3)."""
-    warp = model.warp
     size = pictures.size
-    source = (warp.shape - warp.origin) * warp.scale + 1
-    inner = np.flatnonzero(np.isin(warp.triangles, model.layout.inner).all(axis=1))
-    outside = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5]])  # the white corner
     placed = pictures.points_in_image(parameters)
     left, top, right, bottom = bounds(placed, size)
-    painter = Painter(warp.triangles, source, inner, (bottom - top, right - left), outside)
+    painter = bordered_painter(model, (bottom - top, right - left))
     for start in range(0, len(parameters), BATCH):
-        textures = np.clip(model.decode(parameters[start:start + BATCH])[1] + pictures.texture_offset, 0, 255)
-        for texture, points in zip(textures.round().astype(np.uint8), placed[start:start + BATCH], strict=True):
-            canvas = np.pad(warp.picture(texture, fill=255), ((1, 1), (1, 1), (0, 0)), constant_values=255)
+        textures = model.decode(parameters[start:start + BATCH])[1] + pictures.texture_offset
+        for texture, points in zip(textures, placed[start:start + BATCH], strict=True):
             picture = np.full((size[1], size[0], 3), _GROUND, dtype=np.uint8)
-            picture[top:bottom, left:right] = painter.paint(canvas, points - (left, top))
+            picture[top:bottom, left:right] = painter.paint(bordered(model, texture), points - (left, top))
             yield picture
 
 
-def mesh_frames(model: ActiveAppearanceModel, pictures: Pictures, parameters: np.ndarray) -> Iterator[np.ndarray]:
+def mesh_frames(model: ActiveAppearanceModel, pictures: Placed, parameters: np.ndarray) -> Iterator[np.ndarray]:
     """Yield the mesh, its points and the lips' contours on white, uint8 RGB (H, W_, 3), for parameters (T, D)."""
     width, height = pictures.size
     for points in pictures.points_in_image(parameters):

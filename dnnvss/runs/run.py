@@ -10,8 +10,9 @@ from typing import Any
 from dnnvss import __version__
 from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel
-from dnnvss.render import Neutral
+from dnnvss.face.base import Face
+from dnnvss.face.kinds import load_face
+from dnnvss.render.pictures import Pictures, open_pictures
 from dnnvss.runs.bundle import is_bundle, open_network
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
@@ -62,14 +63,17 @@ class Run:
         return self.settings.task
 
     @cached_property
-    def face(self) -> ActiveAppearanceModel:
-        """The appearance model that turns trajectories into pictures."""
-        return ActiveAppearanceModel.load(self.files.face)
+    def face(self) -> Face:
+        """The face whose parameters the system predicts."""
+        return load_face(self.files.face)
 
-    @cached_property
-    def picture(self) -> Neutral:
-        """The picture of the talker that the face is drawn into."""
-        return Neutral.load(self.files.picture)
+    def pictures(self, scale: float = 1.0) -> Pictures:
+        """What draws the face, in its own surroundings where it has texture.
+
+        Args:
+            scale: size of the pictures over their usual size.
+        """
+        return open_pictures(self.face, self.files.picture, scale)
 
     @cached_property
     def generator(self) -> Generator:

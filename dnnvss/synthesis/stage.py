@@ -1,27 +1,24 @@
 """What synthesis draws: the face in its neutral frame or in footage, and the views that are put side by side."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from omegaconf import DictConfig
 
-from dnnvss.corpus import Corpus, checkup
+from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
-from dnnvss.face.aam import ActiveAppearanceModel, encode_clip
-from dnnvss.face.clips import UnusableClipError
 from dnnvss.formats import read_marks, read_npz
 from dnnvss.media import read_video, video_info
-from dnnvss.render import Footage, Renderer, Revoicer, walk
-from dnnvss.render.views import mesh_frames, patch_frames
+from dnnvss.render import Footage, revoicer, walk
+from dnnvss.render.filmed import Filmed, encode_footage
+from dnnvss.render.pictures import Pictures
 from dnnvss.runs.run import Run
 from dnnvss.timing import FrameClock
 
 VIEWS = ("face", "patch", "mesh", "reference")
-_OUTSIDE = 0.25
-"""Share of the model's points outside the picture from which on a frame's landmarks are not this picture's."""
 
 
 @dataclass(frozen=True)
@@ -37,30 +34,27 @@ class Stage:
     """
 
     run: Run
-    pictures: Renderer | Revoicer
+    pictures: Pictures
     clock: FrameClock
     views: tuple[str, ...] = ("face",)
     notes: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if unknown := [view for view in self.views if view not in self.pictures.views]:
+            raise DnnvssError(f"render: this kind of face has no view {unknown[0]!r}",
+                              remedy=f"Use some of {', '.join(self.pictures.views)}, joined by +")
 
     def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
         """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D) at the video's rate."""
         from dnnvss.render.side_by_side import side_by_side
 
-        shown = [self._view(view, parameters) for view in self.views]
+        shown = [self.pictures.view(view, parameters) for view in self.views]
         return shown[0] if len(shown) == 1 else side_by_side(*shown, captions=list(self.views))
-
-    def _view(self, view: str, parameters: np.ndarray) -> Iterator[np.ndarray]:
-        pictures, face = self.pictures, self.run.face
-        if view == "reference" and isinstance(pictures, Revoicer):
-            return pictures.recorded(len(parameters))
-        if view == "mesh":
-            return mesh_frames(face, pictures, parameters)
-        return patch_frames(face, pictures, parameters) if view == "patch" else pictures.frames(parameters)
 
 
 def neutral_stage(run: Run, clock: FrameClock, scale: float = 1.0, views: tuple[str, ...] = ("face",)) -> Stage:
     """Return the run's neutral frame as the place to draw in."""
-    return Stage(run, Renderer(run.face, run.picture, scale), clock, views)
+    return Stage(run, run.pictures(scale), clock, views)
 
 
 @dataclass(frozen=True)
@@ -118,7 +112,7 @@ def open_stage(config: DictConfig, run: Run, request: Request, rate: str, second
     if len(order) > len(footage):
         print(f"footage: {len(footage) / float(own.rate):.1f} s for {seconds:.1f} s of speech: "
               f"{'played back and forth' if config.into_fill == 'pingpong' else 'its last frame is held'}")
-    return Stage(run, Revoicer(run.face, footage, shown, config.scale), clock, views, notes)
+    return Stage(run, revoicer(run.face, footage, shown, config.scale), clock, views, notes)
 
 
 def read_footage(run: Run, into: str) -> Footage:
@@ -150,28 +144,4 @@ def read_footage(run: Run, into: str) -> Footage:
         raise DnnvssError(f"has {len(images)} pictures and {len(points)} frames of landmarks", file=source,
                           remedy="Track the video again")
     where: dict[str, Any] = {"utterance": into} if marks is None else {"file": marks}
-    _check(run.face, images, points, valid, where)
-    try:
-        code = encode_clip(run.face, images, points, valid, float(rate), str(source))
-    except UnusableClipError as error:
-        raise DnnvssError(error.problem, **where, remedy="Choose other footage, or track the video again") from error
-    return Footage(images, code, rate, str(source))
-
-
-def _check(face: ActiveAppearanceModel, images: np.ndarray, points: np.ndarray, valid: np.ndarray,
-           where: dict[str, Any]) -> None:
-    """Refuse landmarks (F, L, 2) too few for the face, or outside the pictures (F, H, W_, 3) in most frames."""
-    if points.shape[1] < face.layout.needed:
-        raise DnnvssError(f"has {points.shape[1]} landmarks a frame, and the run's face needs {face.layout.needed}",
-                          **where, remedy="Track the video with the labels of the run's corpus")
-    points = points[valid][:, face.layout.rows]
-    points = points[np.isfinite(points).all(axis=(1, 2))]
-    width, height = images.shape[2], images.shape[1]
-    outside = checkup.outside(points, (width, height), replace(checkup.LIMITS, outside=_OUTSIDE))
-    if len(points) and outside.mean() > 0.5:
-        (left, top), (right, bottom) = np.median(points.min(axis=1), axis=0), np.median(points.max(axis=1), axis=0)
-        scale = "write what they are to be divided by as scale in landmarks.json beside it"
-        raise DnnvssError(f"its landmarks reach from ({left:.0f}, {top:.0f}) to ({right:.0f}, {bottom:.0f}), and the "
-                          f"pictures have {width} x {height} pixels", **where,
-                          remedy=f"Track this very video, or {scale}" if "file" in where else
-                          "Prepare the corpus again with the scale of its landmarks")
+    return encode_footage(run.face, Filmed(images, points, valid, rate, str(source)), where)

@@ -5,14 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from face.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, corpus, face, picture
+from face.face_cases import rig
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face import clips as clips_module
 from dnnvss.face.aam import ActiveAppearanceModel, encode_clip, fit_aam, triangulate
+from dnnvss.face.aam.painter import Painter
 from dnnvss.face.encoding import encode_corpus
-from dnnvss.render import Neutral, Renderer, choose_neutral, plots
+from dnnvss.render import Neutral, Renderer, choose_neutral, plots, revoicer
 from dnnvss.render import neutral as neutral_module
-from dnnvss.render.painter import Painter
+from dnnvss.render.pictures import open_pictures, still
 
 
 @pytest.fixture(scope="module")
@@ -193,8 +195,24 @@ def test_the_neutral_frame_is_silent_valid_and_sharp(tmp_path: Path, monkeypatch
 
 
 def test_modes_and_the_models_own_picture(model: ActiveAppearanceModel, tmp_path: Path) -> None:
-    own = plots.synthesise(model, np.zeros(model.size))
+    own = still(model, np.zeros(model.size))
     at = np.rint(model.mean_shape[model.layout.groups["jaw"][2]] - model.warp.origin + 6).astype(int)
     truth = picture(3.0)[tuple(np.rint(face(3.0)[12] - [0, 3]).astype(int)[::-1])]
     assert np.abs(own[at[1] - 3, at[0]].astype(int) - truth).max() < 10 and (own[0, 0] == 255).all()
     assert plots.plot_modes(tmp_path / "modes.png", model, count=3).stat().st_size > 5000
+
+
+def test_one_door_opens_pictures_of_every_kind_that_can_be_drawn(
+    model: ActiveAppearanceModel, shown: tuple[Neutral, np.ndarray, np.ndarray], tmp_path: Path
+) -> None:
+    neutral, parameters = shown[0], np.zeros((2, model.size))
+    pictures = open_pictures(model, neutral.save(tmp_path / "neutral.npz"), scale=0.5)
+    assert pictures.size == (48, 40) and pictures.views[0] == "face"
+    for view in pictures.views:
+        drawn = list(pictures.view(view, parameters))
+        assert [p.shape for p in drawn] == [(40, 48, 3)] * 2
+    assert np.array_equal(next(pictures.view("face", parameters)), next(pictures.frames(parameters)))
+    for draw in (lambda: open_pictures(rig(3), tmp_path), lambda: still(rig(3), np.zeros(3)),
+                 lambda: revoicer(rig(3), None, np.arange(2))):
+        with pytest.raises(DnnvssError, match="kind linear"):
+            draw()

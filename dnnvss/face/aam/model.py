@@ -12,6 +12,7 @@ from dnnvss import files
 from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
+from dnnvss.face.aam.drawing import draw
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.aam.outliers import Limits
 from dnnvss.face.aam.parts import part_names
@@ -135,6 +136,10 @@ class ActiveAppearanceModel:
         """The modelled points (F, P, 2) of tracked landmarks (F, L, 2), the clip's own mean replaced by the model's."""
         own = landmarks[:, self.layout.rows].astype(float)
         return to_reference(own, code.pose, self.reference.pivot) - code.shape_offset
+
+    def picture(self, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
+        """The picture, uint8 RGB (H, W_, 3), of parameters (D,): decoded texture on decoded shape, on white."""
+        return draw(self, parameters, zoom)
 
     def place(self, points: np.ndarray, pose: np.ndarray) -> np.ndarray:
         """Return reference points (..., P, 2) in picture pixels for poses (..., 4)."""
