@@ -7,6 +7,7 @@
 """
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 
 from dnnvss.commands.entry import command
@@ -31,21 +32,16 @@ def choose(options: argparse.Namespace) -> None:
 
 def page(options: argparse.Namespace) -> None:
     """Serve the page until Ctrl-C."""
-    from dnnvss.studio.labelling import LabelServer
+    from dnnvss.studio.labelling import LabelDesk
+    from dnnvss.studio.server import Server
 
     sheet = Sheet.open(options.folder)
-    try:
-        server = LabelServer(sheet, options.port)
-    except OSError as error:
-        raise DnnvssError(f"port {options.port} cannot be used ({error.strerror})",
-                          remedy="Give another one, or --port 0 for a free one") from error
-    print(f"{len(sheet.labels)} frames, {len(sheet.done)} finished; open {server.url} (Ctrl-C ends)", flush=True)
-    with server:
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            sheet = server.sheet
-            print(f"\n{len(sheet.done)} of {len(sheet.labels)} frames are finished; all is saved")
+    with Server(LabelDesk(options.folder).page(), options.port) as server:
+        print(f"{len(sheet.labels)} frames, {len(sheet.done)} finished; open {server.url} (Ctrl-C ends)", flush=True)
+        with suppress(KeyboardInterrupt):
+            server.wait()
+    sheet = Sheet.open(options.folder)
+    print(f"\n{len(sheet.done)} of {len(sheet.labels)} frames are finished; all is saved")
 
 
 def take(options: argparse.Namespace) -> None:

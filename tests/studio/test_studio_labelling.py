@@ -1,9 +1,9 @@
 """The commands of labelling, and the page in a real browser."""
 
-import threading
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,26 +17,32 @@ from dnnvss.face.aam.labelling.sheet import Label, Sheet
 from dnnvss.formats.landmarks import read_pts, write_pts
 from dnnvss.media import write_video
 from dnnvss.media.pictures import write_picture
-from dnnvss.studio.labelling import LabelServer
+from dnnvss.studio.labelling import LabelDesk
+from dnnvss.studio.server import Server
 
 GROUPS = {"lips_outer": (0, 4), "jaw": (4, 6)}
 POINTS = np.array([[30, 40], [40, 36], [50, 40], [40, 44], [28, 60], [52, 60]], dtype=float)
 
 
+@dataclass(frozen=True)
+class Served:
+    """A page that is being served: its labels, and where it is."""
+
+    desk: LabelDesk
+    url: str
+
+
 @pytest.fixture
-def served(tmp_path: Path) -> Iterator[LabelServer]:
+def served(tmp_path: Path) -> Iterator[Served]:
     folder = tmp_path / "labels"
     labels = tuple(Label("a.mp4", i, f"a_{i}.png", f"a_{i}.pts") for i in range(3))
     for i, label in enumerate(labels):
         write_picture(folder / label.image, picture(i))
         write_pts(folder / label.points, POINTS + i)
-    server = LabelServer(Sheet(folder, GROUPS, labels, frozenset(), "own").save())
-    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
-    thread.start()
-    yield server
-    server.shutdown()
-    server.server_close()
-    thread.join()
+    Sheet(folder, GROUPS, labels, frozenset(), "own").save()
+    desk = LabelDesk(folder)
+    with Server(desk.page()) as server:
+        yield Served(desk, server.url)
 
 
 @pytest.fixture(scope="module")
@@ -95,15 +101,15 @@ def test_videos_whose_paths_look_alike_have_pictures_of_their_own(
 
 
 def test_check_lists_what_is_open_and_ends_with_an_error(
-    served: LabelServer, capsys: pytest.CaptureFixture[str]
+    served: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = str(served.sheet.folder)
+    folder = str(served.desk.sheet.folder)
     with pytest.raises(SystemExit):
         main(["check", folder])
     said = capsys.readouterr()
     assert said.out.count("not finished") == 3 and "3 of 3 labels need a look" in said.err
-    for label in served.sheet.labels:
-        served.store(label.image, {"points": POINTS.tolist(), "done": True})
+    for label in served.desk.sheet.labels:
+        served.desk.store(label.image, {"points": POINTS.tolist(), "done": True})
     assert main(["check", folder]) == 0
     assert "none looks wrong" in capsys.readouterr().out
 
@@ -114,26 +120,26 @@ def test_the_page_and_the_commands_keep_what_the_others_wrote(
     out = tmp_path / "labels"
     main(["choose", str(videos), "--count", "3", "--out", str(out)])
     first = Sheet.open(out)
-    with LabelServer(first) as server:
-        page = [{"points": first.read(label).tolist(), "done": True} for label in first.labels]
-        inner = export.place
+    desk = LabelDesk(out)
+    page = [{"points": first.read(label).tolist(), "done": True} for label in first.labels]
+    inner = export.place
 
-        def finished_meanwhile(*given: object) -> object:
-            server.store(first.labels[0].image, page[0])
-            return inner(*given)  # type: ignore[arg-type]
+    def finished_meanwhile(*given: object) -> object:
+        desk.store(first.labels[0].image, page[0])
+        return inner(*given)  # type: ignore[arg-type]
 
-        monkeypatch.setattr(export, "place", finished_meanwhile)
-        main(["choose", str(videos), "--count", "5", "--out", str(out)])
-        more = Sheet.open(out)
-        assert len(more.labels) >= 5 and more.done == {first.labels[0].image}
-        more.write(first.labels[1].image, first.read(first.labels[1]), done=True)
-        server.store(first.labels[2].image, page[2])
-        now = Sheet.open(out)
-        assert now.labels == more.labels and now.done == {label.image for label in first.labels}
-        assert len(server.overview()["labels"]) == len(more.labels)
+    monkeypatch.setattr(export, "place", finished_meanwhile)
+    main(["choose", str(videos), "--count", "5", "--out", str(out)])
+    more = Sheet.open(out)
+    assert len(more.labels) >= 5 and more.done == {first.labels[0].image}
+    more.write(first.labels[1].image, first.read(first.labels[1]), done=True)
+    desk.store(first.labels[2].image, page[2])
+    now = Sheet.open(out)
+    assert now.labels == more.labels and now.done == {label.image for label in first.labels}
+    assert len(desk.overview()["labels"]) == len(more.labels)
 
 
-def test_the_server_refuses_what_no_page_of_its_own_sends(served: LabelServer) -> None:
+def test_the_server_refuses_what_no_page_of_its_own_sends(served: Served) -> None:
     def status(path: str, data: bytes | None = None, **headers: str) -> int:
         request = urllib.request.Request(served.url + path, data, headers)
         try:
@@ -148,17 +154,17 @@ def test_the_server_refuses_what_no_page_of_its_own_sends(served: LabelServer) -
     assert status("labels", Host="evil.example") == 403
     good = b'{"points": [[1, 2], [1, 2], [1, 2], [1, 2], [1, 2], [1, 2]], "done": true}'
     json = {"Content-Type": "application/json"}
-    assert status("points/a_0.png", good) == 404  # a form of another page cannot send JSON
+    assert status("points/a_0.png", good) == 415  # a form of another page cannot send JSON
     assert status("points/a_0.png", good[:40], **json) == status("points/a_0.png", b"[]", **json) == 400
     assert status("points/a_0.png", good.replace(b"[1, 2]", b"[1, NaN]", 1), **json) == 400
-    assert read_pts(served.sheet.folder / "a_0.pts") == pytest.approx(POINTS)
+    assert read_pts(served.desk.sheet.folder / "a_0.pts") == pytest.approx(POINTS)
     assert status("points/a_0.png", good, **json) == 200
-    assert read_pts(served.sheet.folder / "a_0.pts") == pytest.approx(np.tile([1, 2], (6, 1)))
+    assert read_pts(served.desk.sheet.folder / "a_0.pts") == pytest.approx(np.tile([1, 2], (6, 1)))
 
 
 @pytest.mark.skipif(not CHROMIUM, reason="needs the program chromium to open the page")
-def test_points_are_dragged_in_a_browser_and_the_files_follow(served: LabelServer, tmp_path: Path) -> None:
-    folder = served.sheet.folder
+def test_points_are_dragged_in_a_browser_and_the_files_follow(served: Served, tmp_path: Path) -> None:
+    folder = served.desk.sheet.folder
     with open_browser(tmp_path / "profile") as browser:
         def place(point: int) -> tuple[float, float]:
             found = browser.ask(f"""(() => {{ const r = document.querySelector('[data-point="{point}"]')

@@ -1,0 +1,77 @@
+"""What a page of the studio is: static files of the package, and a table of routes with their handlers."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files as package_files
+from pathlib import PurePath
+from typing import Any
+
+_KINDS = {".html": "text/html; charset=utf-8", ".css": "text/css; charset=utf-8",
+          ".js": "text/javascript; charset=utf-8", ".svg": "image/svg+xml", ".png": "image/png"}
+"""Kinds of static files by suffix; others are not served."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A request as its handler sees it.
+
+    Args:
+        names: the parts of the path that the route names, decoded.
+        query: what stands behind the question mark.
+        body: the value of the JSON sent, None where there is none.
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    query: Mapping[str, str] = field(default_factory=dict)
+    body: Any = None
+
+
+@dataclass(frozen=True)
+class Content:
+    """Bytes to answer with, and their kind, e.g. ``image/png``."""
+
+    body: bytes
+    kind: str
+
+
+Handler = Callable[[Asked], Any]
+"""Runs in a thread of its own. It answers with plain containers (sent as JSON), :class:`Content`, or the path of a
+file; what is wrong with the request is a ``DnnvssError``, whose text the page is sent."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """A method and a path such as ``/points/{image}``, and who handles them."""
+
+    method: str
+    path: str
+    handler: Handler
+
+    def match(self, parts: Sequence[str]) -> dict[str, str] | None:
+        """The named parts of a path, None where it is another one.
+
+        Args:
+            parts: of the path between its slashes, decoded.
+        """
+        own = self.path.split("/")[1:]
+        if len(own) != len(parts):
+            return None
+        named = {o[1:-1]: part for o, part in zip(own, parts, strict=True) if o.startswith("{")}
+        same = all(o.startswith("{") or o == part for o, part in zip(own, parts, strict=True))
+        return named if same and all(named.values()) else None
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page: the folder of its static files in ``studio/pages``, and its routes."""
+
+    folder: str
+    routes: tuple[Route, ...]
+
+    def static(self) -> dict[str, Content]:
+        """Static files by path; ``/`` is ``index.html``. No other file of the package or the disk is among them."""
+        found = {}
+        for file in package_files(__package__).joinpath("pages", self.folder).iterdir():
+            if kind := _KINDS.get(PurePath(file.name).suffix):
+                found[f"/{file.name}"] = Content(file.read_bytes(), kind)
+        return {"/": found["/index.html"], **found}

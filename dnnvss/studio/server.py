@@ -1,0 +1,256 @@
+"""The server of all pages: one small server for this machine, hard to crash, to stall and to misuse.
+
+Only pages that it gave out may change anything (``Host`` and ``Origin`` are checked), bodies are bounded before they
+are read, every wait has an end, and nothing of a traceback leaves the process.
+"""
+
+import asyncio
+import json
+import logging
+import socket
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+from urllib.parse import unquote
+
+from aiohttp import web
+from aiohttp.http import RawRequestMessage
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.studio.bodies import read_body
+from dnnvss.studio.page import Asked, Content, Page
+
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Server": "dnnvss",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+_READING = ("GET", "HEAD")
+"""Methods that change nothing."""
+_BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a client may use up.
+
+    Args:
+        body: bytes that are sent with a request.
+        connections: open at a time.
+        headers: seconds until a request has begun, of a new connection or after the answer before.
+        sending: seconds in which the body has to arrive.
+        answering: seconds in which an answer has to be taken.
+        ending: seconds that the requests at work have when the server ends.
+    """
+
+    body: int = 1_000_000
+    connections: int = 100
+    headers: float = 30.0
+    sending: float = 30.0
+    answering: float = 300.0
+    ending: float = 10.0
+
+
+class _Refused(Exception):  # noqa: N818
+    """A request that is not handled: status, what is said, and whether the connection is of no more use."""
+
+    def __init__(self, status: int, said: str, close: bool = False, **headers: str) -> None:
+        super().__init__(said)
+        self.status, self.close, self.headers = status, close, headers
+
+
+class Server:
+    """Serves a page until it is left: ``with Server(page) as server: ...``; ``url`` says where.
+
+    Args:
+        page: what is served.
+        port: 0 takes a free one.
+        host: the address to listen on; others than this machine's own let other machines in.
+        limits: what a client may use up.
+
+    Raises:
+        DnnvssError: the port cannot be used.
+    """
+
+    def __init__(self, page: Page, port: int = 0, host: str = "127.0.0.1", limits: Limits | None = None) -> None:
+        self.page, self.limits, self._static = page, limits or Limits(), page.static()
+        remedy = "Give another one, or --port 0 for a free one"
+        if not 0 <= port <= 65535:
+            raise DnnvssError(f"port {port} cannot be used (there are 0 to 65535)", remedy=remedy)
+        try:
+            self._socket = socket.create_server((host, port))
+        except OSError as error:
+            raise DnnvssError(f"port {port} cannot be used ({error.strerror or error})", remedy=remedy) from error
+        self.port = int(self._socket.getsockname()[1])
+        self._host = host
+        names = {host, "localhost"} if host == "127.0.0.1" else {host}
+        self._names = {f"{name}:{self.port}" for name in names} | (names if self.port == 80 else set())
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="studio", daemon=True)
+        self._ready = threading.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._end: asyncio.Event | None = None
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return f"http://{self._host}:{self.port}/"
+
+    def __enter__(self) -> "Server":
+        self._thread.start()
+        self._ready.wait()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        """End after the requests that are at work."""
+        if self._loop is not None and self._end is not None and self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._end.set)
+        self._thread.join()
+        self._socket.close()
+
+    def wait(self) -> None:
+        """Wait until the server ends, or Ctrl-C (a ``KeyboardInterrupt``)."""
+        while self._thread.is_alive():
+            self._thread.join(1.0)
+
+    async def _serve(self) -> None:
+        self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
+        manager = web.Server(self._answer, request_factory=self._request)
+        try:
+            listening = await self._loop.create_server(lambda: _Connection(manager, self.limits), sock=self._socket)
+        finally:
+            self._ready.set()
+        await self._end.wait()
+        listening.close()
+        manager.pre_shutdown()
+        await manager.shutdown(self.limits.ending)
+
+    def _request(self, message: RawRequestMessage, payload: Any, protocol: Any, writer: Any, task: Any
+                 ) -> web.BaseRequest:
+        return web.BaseRequest(message, payload, protocol, writer, task, protocol._loop,
+                               client_max_size=self.limits.body)
+
+    async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
+        """Answer a request and wait until the client has taken the answer."""
+        try:
+            self._check_origin(request)
+            response = await self._handled(request)
+        except _Refused as refused:
+            response = _error(refused.status, str(refused), refused.close, refused.headers)
+        except DnnvssError as error:
+            response = _error(400, str(error))
+        except OSError as error:
+            response = _error(400, f"{error.filename or 'the disk'}: {error.strerror}. {files.remedy_for(error) or ''}")
+        except Exception:
+            _LOG.exception("a page asked for %s and this failed", request.path)
+            response = _error(500, "the server failed at this; the terminal in which it runs says more")
+        try:
+            async with asyncio.timeout(self.limits.answering):
+                await response.prepare(request)
+                await response.write_eof()
+        except TimeoutError:
+            if request.transport is not None:
+                request.transport.abort()
+        return response
+
+    def _check_origin(self, request: web.BaseRequest) -> None:
+        """Refuse what no page of this server sent: other names of this machine, and other pages in the browser."""
+        if len(hosts := request.headers.getall("Host", [])) != 1 or hosts[0].lower() not in self._names:
+            raise _Refused(403, "this page is for this machine alone", close=True)
+        if request.method in _READING:
+            return
+        origins = request.headers.getall("Origin", [])
+        if any(origin.lower() not in {f"http://{name}" for name in self._names} for origin in origins):
+            raise _Refused(403, "another page may not change anything here", close=True)
+        if request.headers.get("Sec-Fetch-Site", "same-origin") not in ("same-origin", "none"):
+            raise _Refused(403, "another page may not change anything here", close=True)
+
+    async def _handled(self, request: web.BaseRequest) -> web.StreamResponse:
+        path = request.rel_url.raw_path
+        if request.method in _READING and path in self._static:
+            return _response(self._static[path])
+        parts = [unquote(part) for part in path.split("/")[1:]]
+        fitting = [(route, names) for route in self.page.routes if (names := route.match(parts)) is not None]
+        method = "GET" if request.method == "HEAD" else request.method
+        for route, names in fitting:
+            if route.method == method:
+                body = None if method == "GET" else await self._body(request)
+                asked = Asked(names, dict(request.query), body)
+                return _response(await asyncio.to_thread(route.handler, asked))
+        if fitting:
+            allowed = ", ".join(sorted({route.method for route, _ in fitting}))
+            raise _Refused(405, f"{request.method} is not done here", close=True, Allow=allowed)
+        raise _Refused(404, "there is no such page", close=request.method not in _READING)
+
+    async def _body(self, request: web.BaseRequest) -> Any:
+        """The JSON that was sent, once it is known how long it is."""
+        if request.content_length is None or "Transfer-Encoding" in request.headers:
+            raise _Refused(411, "the length of what is sent has to be said", close=True)
+        if request.content_length > self.limits.body:
+            raise _Refused(413, f"more than {self.limits.body} bytes are not taken", close=True)
+        if request.content_type != "application/json":
+            raise _Refused(415, "only JSON is taken", close=True)
+        try:
+            async with asyncio.timeout(self.limits.sending):
+                body = await request.read()
+        except TimeoutError:
+            raise _Refused(408, "the rest was waited for too long", close=True) from None
+        return read_body(body)
+
+
+class _Connection(web.RequestHandler):
+    """A connection: one of a bounded number, and what is no HTTP is answered in the words of this server."""
+
+    __slots__ = ("_most",)
+
+    def __init__(self, manager: web.Server, limits: Limits) -> None:
+        super().__init__(manager, loop=asyncio.get_running_loop(), keepalive_timeout=limits.headers, access_log=_QUIET,
+                         logger=_QUIET, max_headers=64, lingering_time=min(2.0, limits.sending),
+                         auto_decompress=False)
+        self._most = limits.connections
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Take a connection, or turn it away where there are too many."""
+        if self._manager is not None and len(self._manager.connections) >= self._most:
+            assert isinstance(transport, asyncio.Transport)
+            transport.write(_BUSY)
+            transport.close()
+            self.force_close()
+            return
+        super().connection_made(transport)
+
+    def handle_error(self, request: web.BaseRequest, status: int = 500, exc: BaseException | None = None,
+                     message: str | None = None) -> web.StreamResponse:
+        """Answer what is no HTTP; aiohttp's own text would repeat what was sent."""
+        return _error(status, "this is no request that can be read", close=True)
+
+
+_QUIET = logging.getLogger(f"{__name__}.connections")
+_QUIET.setLevel(logging.CRITICAL + 1)  # what strangers send is not written into the terminal
+
+
+def _response(value: Any) -> web.StreamResponse:
+    """The answer of what a handler gave."""
+    if isinstance(value, Path):
+        if not value.is_file():
+            raise DnnvssError("no such file", file=value)
+        return web.FileResponse(value, headers=_HEADERS)
+    if not isinstance(value, Content):
+        value = Content(json.dumps(value, allow_nan=False).encode(), "application/json")
+    return web.Response(body=value.body, headers={"Content-Type": value.kind, **_HEADERS})
+
+
+def _error(status: int, said: str, close: bool = False, headers: dict[str, str] | None = None) -> web.Response:
+    text = json.dumps({"error": said.strip()}).encode()
+    response = web.Response(status=status, body=text,
+                            headers={"Content-Type": "application/json", **_HEADERS, **(headers or {})})
+    if close:
+        response.force_close()
+    return response
