@@ -95,10 +95,6 @@ class Constraints:
         arrays: dict[str, Any] = {name: getattr(self, name)[indices] for name in _ARRAYS}
         return Constraints(**arrays, labels=tuple(self.labels[i] for i in indices))
 
-    def values(self, trajectory: np.ndarray, windows: Windows = STATIC_DELTA_DELTA2) -> np.ndarray:
-        """Return what each functional measures on a trajectory (T, D), shape (M,)."""
-        return self.matrix(len(trajectory), windows) @ np.asarray(trajectory, float).ravel()
-
     def matrix(self, frames: int, windows: Windows) -> scipy.sparse.csr_array:
         """Return the functionals as a sparse matrix (M, T * D) over the trajectory read frame by frame.
 

@@ -1,4 +1,4 @@
-"""Smoothing splines, Hermite and cubic interpolation, overlap averaging."""
+"""The smoothing spline."""
 
 import numpy as np
 import pytest
