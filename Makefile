@@ -1,12 +1,13 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
 # make test: environment, linter, type checker, order of imports, tests.
+# make docs: the site with the API from the docstrings, in site/; a warning is an error.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
 PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo test lint clean
+.PHONY: demo test lint docs clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
@@ -21,6 +22,14 @@ lint: $(READY)
 	$(PY) -m mypy
 	$(VENV)/bin/lint-imports --no-logo --no-cache
 
+docs: $(VENV)/docs-ready
+	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
+	@echo "The site is in site/: open site/index.html, or serve it: $(PY) -m mkdocs serve"
+
+$(VENV)/docs-ready: $(READY)
+	$(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[docs]"
+	touch $@
+
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "dnnvss needs Python 3.11 or newer: make PYTHON=/path/to/python3.11")'
 	$(PYTHON) -m venv $(VENV)
@@ -28,4 +37,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) data/demo runs demo.*
+	rm -rf $(VENV) data/demo runs site demo.*
