@@ -16,7 +16,7 @@ import numpy as np
 
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.face_figures import find_model
+from dnnvss.evaluation.face_figures import find_face
 from dnnvss.face.aam import encode_clip
 from dnnvss.media import read_video
 from dnnvss.render import Footage, Revoicer
@@ -38,7 +38,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="an encoding of a corpus, or a run")
     parser.add_argument("--clips", type=int, default=25, help="validation clips")
     arguments = parser.parse_args()
-    model, root = find_model(arguments.folder)
+    model, root = find_face(arguments.folder)
     corpus = Corpus.open(root)
     amounts = (0.0, 0.4, 0.7, 1.0)
     sums = {amount: np.zeros(4) for amount in amounts}

@@ -6,9 +6,12 @@ FOLDER is a run, or an encoding of a corpus (``data/NAME/face/KEY``). Writes int
 - ``reconstruction.png``: frames of an utterance as recorded, as the model draws them, and the difference;
 - ``residual.png``: what the model leaves out of each frame, over time, with the phones;
 - ``tracked.mp4``: the utterance with the mesh drawn on it.
+
+Of a face without texture there are no ``reconstruction.png`` and ``tracked.mp4``.
 """
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,8 +22,11 @@ from dnnvss.commands.entry import command
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, encode_clip, reconstruct
-from dnnvss.face.base import APERTURE
+from dnnvss.face.aam.coding import frame_residuals
+from dnnvss.face.base import APERTURE, Code, Face
+from dnnvss.face.clips import corpus_clips
 from dnnvss.face.encoding import FACE
+from dnnvss.face.kinds import face_kind, load_face
 from dnnvss.media import SOUND_RATE, read_audio, read_video, write_video
 from dnnvss.media.pictures import write_picture
 from dnnvss.render import Footage, Revoicer
@@ -35,7 +41,7 @@ _LINE = (255, 255, 255)
 
 @dataclass(frozen=True)
 class Seen:
-    """An utterance under a model: its pictures (F, H, W_, 3), landmarks (F, L, 2) and code."""
+    """An utterance under an active appearance model: its pictures (F, H, W_, 3), landmarks (F, L, 2) and code."""
 
     utterance: Utterance
     images: np.ndarray
@@ -49,9 +55,7 @@ def see(model: ActiveAppearanceModel, corpus: Corpus, name: str) -> Seen:
     Raises:
         DnnvssError: there is no such utterance.
     """
-    if name not in corpus.utterances:
-        raise DnnvssError("is not in the corpus", utterance=name, file=corpus.root / "utterances.jsonl")
-    utterance = corpus.utterances[name]
+    utterance = _utterance(corpus, name)
     images = read_video(corpus.path(utterance, "video"))
     landmarks, valid = corpus.landmarks(utterance)
     code = encode_clip(model, images, landmarks, valid, float(utterance.rate), utterance.id)
@@ -79,18 +83,14 @@ def draw_reconstruction(path: Path, model: ActiveAppearanceModel, seen: Seen, co
 
 def residuals(model: ActiveAppearanceModel, seen: Seen) -> dict[str, np.ndarray]:
     """Return what the model leaves out of each frame (F,): of the points in pixels, of the texture in grey levels."""
-    placed, textures = reconstruct(model, seen.code)
-    own = seen.landmarks[:, model.layout.rows]
-    pixels = np.sqrt(((placed - own) ** 2).sum(axis=-1).mean(axis=-1))
-    read = [model.warp.sample(i, p) for i, p in zip(seen.images, own, strict=True)]
-    grey = [np.sqrt(((a.astype(np.float32) - b) ** 2).mean()) for a, b in zip(read, textures, strict=True)]
-    return {"points, pixels": pixels, "texture, grey levels": np.array(grey)}
+    pixels, grey = frame_residuals(model, seen.images, seen.landmarks, seen.code)
+    return {"points, pixels": pixels, "texture, grey levels": grey}
 
 
 def write_tracked(path: Path, model: ActiveAppearanceModel, seen: Seen, corpus: Corpus) -> Path:
     """Write the utterance with the mesh on it, as the landmarks have it; frames without usable ones are left bare."""
     def frames() -> list[np.ndarray]:
-        pairs = zip(seen.images, seen.landmarks[:, model.layout.rows], seen.code.valid, strict=True)
+        pairs = zip(seen.images, model.modelled(seen.landmarks), seen.code.valid, strict=True)
         return [_meshed(image, model, points) if good else _large(image) for image, points, good in pairs]
 
     utterance = seen.utterance
@@ -118,16 +118,45 @@ def _box(points: np.ndarray, size: tuple[int, int]) -> tuple[slice, slice]:
     return slice(top, bottom), slice(left, right)
 
 
-def find_model(folder: Path) -> tuple[ActiveAppearanceModel, Path]:
-    """Return the model in a run or an encoding, and the corpus that it is of.
+def textured_figures(out: Path, model: ActiveAppearanceModel, corpus: Corpus, name: str) -> list[Path]:
+    """Write how an appearance model sees an utterance and return the paths."""
+    seen = see(model, corpus, name)
+    return [draw_reconstruction(out / "reconstruction.png", model, seen),
+            _plot_residuals(out, seen.utterance, seen.code, residuals(model, seen)),
+            write_tracked(out / "tracked.mp4", model, seen, corpus)]
+
+
+def points_figures(out: Path, face: Face, corpus: Corpus, name: str) -> list[Path]:
+    """Write what a face without texture leaves out of an utterance's points, and return the path."""
+    utterance, kind = _utterance(corpus, name), face_kind(face.kind)
+    clip = corpus_clips(corpus, [utterance])[0]
+    code = kind.encode(face, clip).code
+    gap = kind.stabilise(face, clip.landmarks()[0], code) - face.points(code.parameters)
+    left = {f"points, {face.unit}": np.sqrt((gap**2).sum(axis=-1).mean(axis=-1))}
+    return [_plot_residuals(out, utterance, code, left)]
+
+
+def _plot_residuals(out: Path, utterance: Utterance, code: Code, left: Mapping[str, np.ndarray]) -> Path:
+    return plot_residual(out / "residual.png", left, utterance.clock.rate, code.valid, utterance.alignment["phones"],
+                         utterance.text)
+
+
+def _utterance(corpus: Corpus, name: str) -> Utterance:
+    if name not in corpus.utterances:
+        raise DnnvssError("is not in the corpus", utterance=name, file=corpus.root / "utterances.jsonl")
+    return corpus.utterances[name]
+
+
+def find_face(folder: Path) -> tuple[Face, Path]:
+    """Return the face in a run or an encoding, and the corpus that it is of.
 
     Raises:
         DnnvssError: there is none.
     """
     places = RunFiles(folder)
     if places.config.is_file():
-        return ActiveAppearanceModel.load(places.face), RunSettings.load(folder).corpus_folder
-    return ActiveAppearanceModel.load(folder / FACE), folder.parents[1]
+        return load_face(places.face), RunSettings.load(folder).corpus_folder
+    return load_face(folder / FACE), folder.parents[1]
 
 
 @command
@@ -141,15 +170,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--modes", type=int, default=6, help="how many modes (6)")
     parser.add_argument("--out", type=Path, help="where to write; FOLDER/face unless given")
     options = parser.parse_args(arguments)
-    model, root = find_model(options.folder)
+    face, root = find_face(options.folder)
     out = options.out or options.folder / "face"
     corpus = Corpus.open(options.corpus or root)
-    written = [plot_modes(out / "modes.png", model, options.modes)]
-    seen = see(model, corpus, options.utterance or corpus.split("val")[0].id)
-    written += [draw_reconstruction(out / "reconstruction.png", model, seen),
-                plot_residual(out / "residual.png", residuals(model, seen), seen.utterance.clock.rate, seen.code.valid,
-                              seen.utterance.alignment["phones"], seen.utterance.text),
-                write_tracked(out / "tracked.mp4", model, seen, corpus)]
+    written = [plot_modes(out / "modes.png", face, options.modes)]
+    name = options.utterance or corpus.split("val")[0].id
+    if isinstance(face, ActiveAppearanceModel):
+        written += textured_figures(out, face, corpus, name)
+    else:
+        written += points_figures(out, face, corpus, name)
     print("wrote " + ", ".join(map(str, written)))
     return 0
 

@@ -13,6 +13,7 @@ from dnnvss.evaluation import face_figures
 from dnnvss.evaluation.face_figures import main, residuals, see
 from dnnvss.face import clips as clips_module
 from dnnvss.face.encoding import encode_corpus
+from dnnvss.face.points.settings import PointsSettings
 from dnnvss.media import read_video
 
 
@@ -43,7 +44,7 @@ def test_residuals_are_small_where_the_model_sees_and_large_where_points_are_wro
     encoded: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(face_figures, "read_video", np.load)
-    model, root = face_figures.find_model(encoded)
+    model, root = face_figures.find_face(encoded)
     corpus = face_figures.Corpus.open(root)
     seen = see(model, corpus, "toy3")
     found = residuals(model, seen)
@@ -53,3 +54,12 @@ def test_residuals_are_small_where_the_model_sees_and_large_where_points_are_wro
     assert residuals(model, seen)["points, pixels"][5] == pytest.approx(4 * np.sqrt(10 / 15), abs=0.3)
     with pytest.raises(DnnvssError, match="utterance toy9: is not in the corpus"):
         see(model, corpus, "toy9")
+
+
+def test_a_face_without_texture_shows_what_it_leaves_out_of_the_points(tmp_path: Path) -> None:
+    toy = aam_cases.corpus(tmp_path / "toy", 4)
+    splits = {"train": ["toy0", "toy1", "toy2"], "test": ["toy3"]}
+    settings = PointsSettings(points=aam_cases.POINTS, modes=1, pose_smoothing=0.0)
+    face = encode_corpus(toy, splits, settings, tmp_path / "face", progress=False).face
+    written = face_figures.points_figures(tmp_path, face, toy, "toy3")
+    assert [p.name for p in written] == ["residual.png"] and written[0].stat().st_size > 5000

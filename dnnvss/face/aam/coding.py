@@ -70,6 +70,23 @@ def reconstruct(model: ActiveAppearanceModel, code: ClipCode) -> tuple[np.ndarra
     return model.place(points + code.shape_offset, code.pose), textures + code.texture_offset
 
 
+def frame_residuals(model: ActiveAppearanceModel, images: np.ndarray, landmarks: np.ndarray, code: ClipCode
+                    ) -> tuple[np.ndarray, np.ndarray]:
+    """What the model leaves out of each frame (F,): of the points in picture pixels, of the texture in grey levels.
+
+    Args:
+        model: that the clip was encoded with.
+        images, landmarks: of the clip, (F, H, W_, 3) and (F, L, 2).
+        code: of the clip.
+    """
+    placed, textures = reconstruct(model, code)
+    own = model.modelled(landmarks)
+    pixels = np.sqrt(((placed - own) ** 2).sum(axis=-1).mean(axis=-1))
+    read = [model.warp.sample(i, p) for i, p in zip(images, own, strict=True)]
+    grey = [np.sqrt(((a.astype(np.float32) - b) ** 2).mean()) for a, b in zip(read, textures, strict=True)]
+    return pixels, np.array(grey)
+
+
 def clip_errors(model: ActiveAppearanceModel, measured: Measured) -> np.ndarray:
     """Return squared errors (2, 2) summed over the clip's valid frames and their number of frames, as (3, 2).
 

@@ -132,6 +132,10 @@ class ActiveAppearanceModel:
         """Return what is added to a texture for its colour, (..., N, 3) float32; zero if all channels are modelled."""
         return np.zeros((), dtype=np.float32) if self.colours is None else self.colours.nearest(parameters)
 
+    def modelled(self, landmarks: np.ndarray) -> np.ndarray:
+        """The points (..., P, 2) of the mesh among all landmarks (..., L, 2)."""
+        return landmarks[..., self.layout.rows, :]
+
     def stabilise(self, landmarks: np.ndarray, code: ClipCode) -> np.ndarray:
         """The modelled points (F, P, 2) of tracked landmarks (F, L, 2), the clip's own mean replaced by the model's."""
         own = landmarks[:, self.layout.rows].astype(float)
