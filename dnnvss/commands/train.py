@@ -77,7 +77,7 @@ def train(config: DictConfig) -> float:
     others = {}
     if plan and units:
         source, tiers = units.other_source(plan)
-        others = {source: list(make_examples(task, corpus.split("test", config.corpus.split), encoded, tiers))}
+        others = {source: list(make_examples(task, corpus, corpus.split("test", config.corpus.split), encoded, tiers))}
     talker = learn_talker(task, model, examples, encoded.face)
     talker.save(places.talker)
     style = make_style(config.style, encoded.face)

@@ -14,6 +14,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus.utterance import Utterance
 from dnnvss.errors import DnnvssError
+from dnnvss.media import SPEECH_RATE, Sound, read_audio
 
 SPLITS = ("train", "val", "test")
 """Splits of a corpus, and of each variant of it (``unseen_train``, ...)."""
@@ -161,6 +162,14 @@ class Corpus:
         """Points (F, P, 2 or 3) float32 in the corpus's unit and valid (F,); the others are interpolated."""
         arrays = files.read_arrays(self.path(utterance, "landmarks"), "Prepare the corpus again")
         return arrays["points"], arrays["valid"]
+
+    def sound(self, utterance: Utterance) -> Sound:
+        """The recorded sound of an utterance.
+
+        Raises:
+            DnnvssError: the utterance has none.
+        """
+        return Sound(read_audio(self.path(utterance, "audio"), SPEECH_RATE), SPEECH_RATE)
 
     @cached_property
     def fingerprint(self) -> str:

@@ -37,7 +37,7 @@ def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
     styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, run.settings.style_name: style}
     written = []
     for utterance in (corpus.utterances[i] for i in ids):
-        example, clock = run.example(utterance), run.task.clock
+        example, clock = run.recorded(corpus, utterance), run.task.clock
         faces = [pictures.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
         sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
         caption, truth = _truth(run, pictures, corpus, utterance)
@@ -56,7 +56,7 @@ def write_systems(runs: Mapping[str, Run], corpus: Corpus, sentence: str, out: P
     drawn = {name: run.pictures() for name, run in runs.items()}
     faces = []
     for name, run in runs.items():
-        trajectory = run.generator(run.example(utterance), PLAIN)
+        trajectory = run.generator(run.recorded(corpus, utterance), PLAIN)
         faces.append(drawn[name].frames(resample(trajectory, run.task.clock, utterance.clock)))
     last = list(runs)[-1]
     caption, truth = _truth(runs[last], drawn[last], corpus, utterance)

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from dnnvss.acoustics import LogMel
+from dnnvss.errors import DnnvssError
 from dnnvss.settings import check_settings, setting
 
 LEVELS = ("frame", "segment", "syllable", "word", "phrase", "utterance")
@@ -18,17 +20,26 @@ class Settings:
     Args:
         window_before, window_after: frames of the window context on each side (160 ms each at 100 frames a second).
         units: number of dynamic visemes, 0 to ``units - 1``.
+        logmel: how the sound is analysed.
+        logmel_offsets: the frames around the current one at which it is seen, each once and 0 not among them.
 
     Raises:
-        DnnvssError: a window that is negative, or fewer than one unit.
+        DnnvssError: a window that is negative, fewer than one unit, or an offset twice.
     """
 
     window_before: int = setting(16, least=0, doc="frames of the window context before the current one")
     window_after: int = setting(16, least=0, doc="frames of the window context after the current one")
     units: int = setting(160, least=1, doc="number of dynamic visemes")
+    logmel: LogMel = setting(LogMel(), doc="bands of the sound")
+    logmel_offsets: tuple[int, ...] = setting(tuple(o for o in range(-20, 21, 4) if o), least=-1000, most=1000,
+                                              doc="frames around the current one at which the sound is seen")
 
     def __post_init__(self) -> None:
         check_settings(self, "labels")
+        offsets = self.logmel_offsets
+        if 0 in offsets or len(set(offsets)) != len(offsets):
+            raise DnnvssError(f"labels.logmel_offsets={list(offsets)} names a frame twice, or the current one",
+                              remedy="Give each frame once; the block logmel has the current one")
 
     @property
     def offsets(self) -> tuple[int, ...]:

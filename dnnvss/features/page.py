@@ -10,6 +10,7 @@ from omegaconf import OmegaConf
 from dnnvss import files
 from dnnvss.features.block import Settings
 from dnnvss.features.catalogue import catalogue
+from dnnvss.features.sources import SOURCES
 from dnnvss.features.table import FeatureTable
 from dnnvss.formats.tables import markdown_table
 from dnnvss.phones import ANSWERS, PHONES, QUESTIONS
@@ -37,6 +38,10 @@ What the paper leaves open, and what we chose:
 - **Dynamic visemes of a syllable** are those from the syllable's first frame to its last, so a viseme across a
   border belongs to both syllables; **phones of a dynamic viseme** likewise, silences not counted.
 - A segment too short to own a frame keeps its place: its neighbours see it in their context, and counts include it.
+- **Sound.** Frame k holds the sound around the centre of frame k of the trajectory: the power in bands of the mel
+  scale under a Hann window of 25 ms, in natural logarithms, not less than a floor of 1e-7 (white noise of variance 1
+  has power 1). Where a window would reach beyond the sound, the nearest whole one takes its place; frames beyond the
+  utterance hold its first or last frame. Sounds of other rates are brought to 16 kHz.
 - Numeric columns are scaled to zero mean and unit variance over the training frames; binary columns are left as
   they are.
 """
@@ -54,15 +59,11 @@ def read_table(path: str | Path) -> FeatureTable:
 
 def table_page(name: str, table: FeatureTable, clock: FrameClock) -> str:
     """Return one feature table as Markdown, each block with its level, width, slice and source."""
-    s = table.settings
-    before, after = (f"{n} frames ({1000 * clock.seconds(n):g} ms)" for n in (s.window_before, s.window_after))
     rows = [(str(n), f"`{b.name}`", b.level, b.kind, b.width, f"{at.start}:{at.stop}", b.paper)
             for n, (b, at) in enumerate(zip(table.blocks, table.slices.values(), strict=True), 1)]
     facts = (f"{table.width} columns: {table.binary_width} binary, of which at most {table.active_width} are 1 in a "
-             f"frame, and {table.numeric_width} numeric. Hash `{table.hash}`.\n"
-             f"Window: {before} before and {after} after, at {clock} frames a second.")
-    if "visemes" in table.sources:
-        facts += f" Dynamic visemes: {s.units}."
+             f"frame, and {table.numeric_width} numeric. Hash `{table.hash}`.\n")
+    facts += " ".join(SOURCES[name].facts(table.settings, clock) for name in table.sources)
     return "\n".join([f"## {name}", "", facts, "",
                       markdown_table(("", "block", "level", "kind", "width", "slice", "source"), rows)]) + "\n"
 
@@ -70,14 +71,17 @@ def table_page(name: str, table: FeatureTable, clock: FrameClock) -> str:
 def features_page(tables: Mapping[str, FeatureTable]) -> str:
     """Return the page of all blocks, of the tables that the configurations make of them, and of the questions."""
     known = catalogue(Settings())
-    blocks = [(f"`{b.name}`", b.level, b.kind, b.width, b.meaning, b.paper) for b in known.values()]
+    blocks = [(f"`{b.name}`", " + ".join(b.reads), b.level, b.kind, b.width, b.unit, b.meaning, b.paper)
+              for b in known.values()]
     names = list(tables)
     used = [(f"`{block}`", *("x" if block in tables[n].names else "" for n in names)) for block in known]
     sums = [("columns", *(tables[n].width for n in names)), ("1 at most", *(tables[n].active_width for n in names))]
     return "\n".join([
         _INTRODUCTION,
-        "## Blocks", "", "Widths are those of 16 frames of window on each side and 160 dynamic visemes.", "",
-        markdown_table(("block", "level", "kind", "width", "columns", "source"), blocks), "",
+        "## Blocks", "",
+        "What a block reads is a source of features: `phones`, `visemes` or the sound as `logmel`. Widths are those of",
+        "16 frames of window on each side, 160 dynamic visemes, and 40 bands at 10 frames around.", "",
+        markdown_table(("block", "reads", "level", "kind", "width", "unit", "columns", "source"), blocks), "",
         "## Configurations", "",
         "`labels=NAME` of `train.py`. `ph_a` to `ph_e` are the systems of Thangthai 2016, Table 2.", "",
         markdown_table(("block", *names), [*used, *sums]), "",

@@ -11,7 +11,7 @@ from dnnvss.features.codes import FrameCodes
 
 FLOOR = 1e-3
 """A standard deviation below this is taken for that of a constant column, which becomes zero."""
-_CHUNK = 65536
+_CHUNK, _VALUES = 65536, 1 << 22  # frames, and values, worked out at once at most
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,8 @@ class NumericScaler:
         frames = np.arange(len(codes)) if frames is None else np.asarray(frames)
         if not len(frames):
             raise DnnvssError("no training frame to scale features by", remedy="Give at least one training utterance")
-        chunks = [frames[i : i + _CHUNK] for i in range(0, len(frames), _CHUNK)]
+        rows = min(_CHUNK, _VALUES // max(codes.table.numeric_width, 1) + 1)
+        chunks = [frames[i : i + rows] for i in range(0, len(frames), rows)]
         mean = sum(codes.numeric(c).sum(0, dtype=np.float64) for c in chunks) / len(frames)
         square = sum(((codes.numeric(c) - mean) ** 2).sum(0) for c in chunks) / len(frames)
         deviation = np.sqrt(square)

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from dnnvss import __version__
-from dnnvss.corpus import Utterance
+from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face
 from dnnvss.face.kinds import load_face
+from dnnvss.media import Sound
 from dnnvss.render.pictures import Pictures, open_pictures
 from dnnvss.runs.bundle import is_bundle, open_network
 from dnnvss.runs.files import RunFiles
@@ -95,11 +96,20 @@ class Run:
         """The dynamic visemes of the run and their predictor, None where its labels have none."""
         return UnitModel.load(self.files.units) if "visemes" in self.task.table.sources else None
 
-    def example(self, utterance: Utterance) -> Example:
-        """An utterance as the model sees it; where it has no tier ``visemes``, that is predicted from text."""
+    def example(self, utterance: Utterance, sound: Sound | None = None) -> Example:
+        """An utterance as the model sees it; where it has no tier ``visemes``, that is predicted from text.
+
+        Args:
+            utterance: with the tiers ``phones`` and ``words``.
+            sound: what is heard; needed where the labels read it.
+        """
         if self.units is None or TIER in utterance.alignment:
-            return self.task.example(utterance)
-        return self.task.example(utterance, visemes=self.units.tiers(utterance))
+            return self.task.example(utterance, sound=sound)
+        return self.task.example(utterance, visemes=self.units.tiers(utterance), sound=sound)
+
+    def recorded(self, corpus: Corpus, utterance: Utterance) -> Example:
+        """An utterance of a corpus as the model sees it, with the recorded sound where the labels read it."""
+        return self.example(utterance, self.task.sound(corpus, utterance))
 
     @staticmethod
     def save(folder: Path, task: Task, model: VisualModel) -> None:

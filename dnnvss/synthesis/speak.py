@@ -14,7 +14,7 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
-from dnnvss.media import read_audio, write_wav
+from dnnvss.media import Sound, read_audio, write_wav
 from dnnvss.phones import SILENCES, nearest
 from dnnvss.runs.naming import newest
 from dnnvss.runs.run import Run
@@ -68,7 +68,8 @@ def synthesise(config: DictConfig) -> None:
     alignment, replaced = replace_unseen(plan.alignment, voice.phones, voice.pauses)
     for phone, other in replaced.items():
         print(f"the talker never spoke {phone}: {other} stands in for it")
-    example = run.example(Utterance("synthesis", plan.text, alignment))
+    sound = None if plan.samples is None else Sound(plan.samples, plan.rate)
+    example = run.example(Utterance("synthesis", plan.text, alignment), sound)
     if run.units:
         whence = "given with the alignment" if TIER in alignment else "predicted from text"
         print(f"dynamic visemes: {whence}")
@@ -296,5 +297,5 @@ def render_utterance(run: Run, corpus: Corpus, utterance: Utterance, out: Path) 
     plan = Plan(utterance.text, utterance.alignment, samples, _SOUND_RATE)
     notes = {"run": str(run.folder), "utterance": utterance.id, "text": utterance.text, "credit": corpus.info.credit}
     style = make_style(run.settings.style, run.face)
-    trajectory = run.generator(run.example(utterance), style)
+    trajectory = run.generator(run.recorded(corpus, utterance), style)
     write_outputs(neutral_stage(run, utterance.clock), out, trajectory, plan, notes)

@@ -12,6 +12,7 @@ from dnnvss.curves import Windows, derivatives, resample
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FeatureTable, encode
+from dnnvss.media import Sound
 from dnnvss.phones import SILENCES
 from dnnvss.systems import Example
 from dnnvss.timing import Alignment, FrameClock, Tier
@@ -34,7 +35,7 @@ class Task:
     windows: Windows
 
     def example(self, utterance: Utterance, parameters: np.ndarray | None = None, valid: np.ndarray | None = None,
-                visemes: Sequence[Tier] = ()) -> Example:
+                visemes: Sequence[Tier] = (), sound: Sound | None = None) -> Example:
         """Return an utterance as models see it.
 
         Args:
@@ -43,13 +44,14 @@ class Task:
             valid: (F,) bool, source frames that were measured.
             visemes: tiers of dynamic visemes that may all be true; the first goes into the alignment, the others make
                 the alternatives. Where there is none, the utterance's own is used if the labels ask for it.
+            sound: what is heard; needed where the labels read it.
         """
         if visemes:
             first, *others = (replace(utterance, alignment=utterance.alignment.with_tier(tier)) for tier in visemes)
-            example = self.example(first, parameters, valid)
-            alternatives = tuple(encode(u.alignment, u.text, self.table, self.clock) for u in others)
+            example = self.example(first, parameters, valid, sound=sound)
+            alternatives = tuple(encode(u.alignment, u.text, self.table, self.clock, sound) for u in others)
             return replace(example, alternatives=alternatives)
-        codes = encode(utterance.alignment, utterance.text, self.table, self.clock)
+        codes = encode(utterance.alignment, utterance.text, self.table, self.clock, sound)
         if parameters is None or valid is None:
             return Example(utterance.id, utterance.alignment, codes)
         source = utterance.clock
@@ -57,6 +59,11 @@ class Task:
         nearest = np.minimum((self.clock.centres(len(codes)) * float(source.rate)).astype(int), len(valid) - 1)
         return Example(utterance.id, utterance.alignment, codes, derivatives(static, self.windows).astype(np.float32),
                        valid[nearest])
+
+
+    def sound(self, corpus: Corpus, utterance: Utterance) -> Sound | None:
+        """The recorded sound of an utterance where the labels read it."""
+        return corpus.sound(utterance) if "sound" in self.table.needs else None
 
 
 def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,
@@ -82,7 +89,7 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
             raise DnnvssError(f"the split {name!r} has no measured frame: {len(kept)} utterances, and "
                               f"{len(given) - len(kept)} left out (see above)", file=corpus.root,
                               remedy="Mend or replace these clips, or give the split more of them, and prepare again")
-    return {name: _in(scratch, make_examples(task, given, encoded, visemes)) for name, given in splits.items()}
+    return {name: _in(scratch, make_examples(task, corpus, given, encoded, visemes)) for name, given in splits.items()}
 
 
 def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:
@@ -101,13 +108,14 @@ def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:
     return [replace(e, targets=whole[end - len(e.codes) : end]) for e, end in zip(bare, ends, strict=True)]
 
 
-def make_examples(task: Task, utterances: Sequence[Utterance], encoded: EncodedCorpus,
+def make_examples(task: Task, corpus: Corpus, utterances: Sequence[Utterance], encoded: EncodedCorpus,
                   visemes: Mapping[str, Sequence[Tier]] | None = None) -> Iterator[Example]:
     """Return the examples of utterances, one after the other, without those that were not encoded."""
     for u in utterances:
         if u.id not in encoded.dropped:
             clip = encoded.clip(u.id)
-            yield task.example(u, clip.parameters, clip.valid, visemes[u.id] if visemes else ())
+            tiers = visemes[u.id] if visemes else ()
+            yield task.example(u, clip.parameters, clip.valid, tiers, task.sound(corpus, u))
 
 
 def word_frames(alignment: Alignment, clock: FrameClock, known: Collection[str]) -> np.ndarray:

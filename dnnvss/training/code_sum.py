@@ -19,6 +19,8 @@ def code_sum(active: Tensor, weight: Tensor) -> Tensor:
         weight: float32 or float64.
     """
     padding = weight.shape[0] - 1
+    if not active.shape[1]:  # a table of numbers alone; embedding_bag refuses empty bags
+        return weight[active.long()].sum(1)
     if weight.device.type != "cpu" or not (torch.is_grad_enabled() and weight.requires_grad):
         return torch.nn.functional.embedding_bag(active, weight, mode="sum", padding_idx=padding)
     return _CodeSum.apply(active, weight)

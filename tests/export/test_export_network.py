@@ -9,13 +9,15 @@ import pytest
 import torch
 from conftest import CLOCK, TABLE, of_layers
 
+from dnnvss.acoustics import LogMel
 from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import KEY, Description
 from dnnvss.export.exported import ExportedModel
 from dnnvss.export.graph import FrameStreams, frame_streams
 from dnnvss.export.write import write_network
-from dnnvss.features import FeatureTable, NumericScaler, encode
+from dnnvss.features import FeatureTable, NumericScaler, Settings, encode
+from dnnvss.media import Sound
 from dnnvss.systems import BlendedNetworks, Example, NetworkModel, PhoneMean, Prediction, VisualModel
 from dnnvss.timing import Tier
 from dnnvss.training import FitSettings
@@ -74,6 +76,20 @@ def test_a_mixture_that_predicts_variances_says_the_same_in_other_programs(
         told = json.loads(held[KEY])
         assert told["padding"] == TABLE.binary_width and told["windows"]["taps"][1] == [-0.5, 0.0, 0.5]
         assert [b["name"] for b in told["table"]["blocks"]] == list(TABLE.names)
+
+
+@pytest.mark.parametrize("suffix", [".onnx", ".pt2"])
+@pytest.mark.parametrize("blocks", [("logmel", "logmel_window"), (*NUMBERS, "logmel_window")])
+def test_the_sound_says_the_same_in_other_programs(
+        examples: dict[str, list[Example]], tmp_path: Path, suffix: str, blocks: tuple[str, ...]) -> None:
+    table = FeatureTable(blocks, Settings(logmel=LogMel(bands=6), logmel_offsets=(-5, 5)))
+    model = trained(2, False, table)
+    network = exported(model, tmp_path / f"model{suffix}")
+    assert network.table == table
+    for k, e in enumerate(examples["test"]):
+        sound = Sound(np.random.default_rng(k).normal(0, 0.1, round(16000 * e.alignment.end)), 16000)
+        heard = replace(e, codes=encode(e.alignment, "word", table, CLOCK, sound))
+        agree(network.predict(heard), model.predict(heard))
 
 
 def test_predicted_variances_count_where_labels_disagree(examples: dict[str, list[Example]]) -> None:

@@ -34,6 +34,7 @@ class FeatureSource:
         absent: what to say where a block is asked for and the arrays are not there: what is needed, and the remedy.
         always: whether a recording that can be encoded is, though no block asks for it: some systems look up by it.
         check: ``check(settings, arrays)`` refuses arrays that the blocks of these settings cannot serve.
+        facts: ``facts(settings, clock)`` is a sentence on the settings, for the documentation.
         key: of the settings, what the numbers in the arrays depend on; arrays with another key are refused.
     """
 
@@ -43,6 +44,7 @@ class FeatureSource:
     blocks: Callable[[Settings], list[Block]]
     encode: Callable[[Recording, Settings, FrameClock, int], dict[str, Any]]
     absent: tuple[str, str]
+    facts: Callable[[Settings, FrameClock], str]
     always: bool = False
     check: Callable[[Settings, Mapping[str, Any]], None] = _fits
     key: Callable[[Settings], str] = _same

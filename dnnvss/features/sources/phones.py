@@ -75,6 +75,12 @@ def _encode(recording: Recording, settings: Settings, clock: FrameClock, frames:
     return {**segment_arrays("phone", codes, recording.edges("phones", clock, frames)), **tree_arrays(recording.tree)}
 
 
+def _facts(settings: Settings, clock: FrameClock) -> str:
+    before, after = (f"{n} frames ({1000 * clock.seconds(n):g} ms)"
+                     for n in (settings.window_before, settings.window_after))
+    return f"Window: {before} before and {after} after, at {clock} frames a second."
+
+
 PHONE_SOURCE = FeatureSource(
     name="phones",
     needs=frozenset({"phones", "words"}),
@@ -82,5 +88,6 @@ PHONE_SOURCE = FeatureSource(
     blocks=_blocks,
     encode=_encode,
     absent=("needs phones, and there are none", "Encode an alignment with the tiers 'phones' and 'words'"),
+    facts=_facts,
     always=True,
 )

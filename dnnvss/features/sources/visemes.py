@@ -119,5 +119,6 @@ VISEME_SOURCE = FeatureSource(
     encode=_encode,
     absent=("needs dynamic visemes, and there are none",
             "Encode alignments with a tier 'visemes', or choose labels without dynamic visemes"),
+    facts=lambda settings, clock: f"Dynamic visemes: {settings.units}.",
     check=_check,
 )

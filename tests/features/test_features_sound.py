@@ -1,0 +1,177 @@
+"""The sound as a feature source: alone, beside phones and visemes, joined, kept, on a device."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from dnnvss.acoustics import LogMel, log_mel
+from dnnvss.errors import DnnvssError
+from dnnvss.features import (
+    CodeStore,
+    FeatureTable,
+    FrameCodes,
+    NumericScaler,
+    Recording,
+    Settings,
+    encode,
+    encode_recording,
+    expand,
+    phones_of,
+)
+from dnnvss.media import Sound
+from dnnvss.timing import Alignment, FrameClock, Tier
+
+CLOCK = FrameClock(100)
+SMALL = Settings(units=9, window_before=2, window_after=2, logmel=LogMel(bands=5), logmel_offsets=(-3, 2))
+MEL = FeatureTable(("logmel", "logmel_window"), SMALL, "labels=mel")
+MIXED = FeatureTable(("phone_span", "logmel_window", "centre_phone", "centre_viseme", "logmel", "viseme_frames"), SMALL)
+
+
+def sound_of(seconds: float, seed: int = 0) -> Sound:
+    swell = np.linspace(0.01, 0.3, round(seconds * 16000))
+    return Sound(np.random.default_rng(seed).normal(0, 1, len(swell)) * swell, 16000)
+
+
+def alignment_of(*ends: float, start: float = 0.0) -> Alignment:
+    edges = [start, *ends]
+    labels = ["sil", *["AA", "M", "IY"] * 3][: len(ends)]
+    words = ["" if label == "sil" else f"w{i}" for i, label in enumerate(labels)]
+    units = [str(i % 9) for i in range(len(ends))]
+    return Alignment([Tier(name, zip(edges[:-1], edges[1:], tier, strict=True))
+                      for name, tier in (("phones", labels), ("words", words), ("visemes", units))])
+
+
+def utterances() -> list[tuple[str, FrameCodes, np.ndarray]]:
+    """Ids, codes, and the energies (T, 5) of each frame."""
+    made = []
+    for n, ends in enumerate([(0.1, 0.24, 0.31), (0.05, 0.3), (0.2, 0.22, 0.4, 0.55)]):
+        sound = sound_of(ends[-1], n)
+        codes = encode(alignment_of(*ends), "", MIXED, CLOCK, sound)
+        made.append((f"u{n}", codes, log_mel(sound, SMALL.logmel, CLOCK, 0, round(100 * ends[-1]))))
+    return made
+
+
+def windowed(energies: np.ndarray) -> np.ndarray:
+    """The columns of ``logmel_window`` (T, 10), frame by frame."""
+    last = len(energies) - 1
+    return np.stack([np.concatenate([energies[min(max(t + o, 0), last)] for o in (-3, 2)]) for t in range(last + 1)])
+
+
+def test_columns_of_each_utterance_and_of_all_joined() -> None:
+    parts = utterances()
+    store = CodeStore.join([(name, codes) for name, codes, _ in parts])
+    assert store.sources == ("phones", "visemes", "logmel")
+    for name, codes, energies in parts:
+        for dense in (expand(codes), expand(store, store.frames_of(name))):
+            np.testing.assert_array_equal(dense[:, MIXED.slices["logmel"]], energies)
+            np.testing.assert_array_equal(dense[:, MIXED.slices["logmel_window"]], windowed(energies))
+            np.testing.assert_array_equal(dense, expand(codes))
+    mixed = np.random.default_rng(0).integers(0, len(store), 200)
+    np.testing.assert_array_equal(store.numeric(mixed), store.numeric(np.arange(len(store)))[mixed])
+
+
+def test_the_table_says_what_it_reads() -> None:
+    assert (MEL.sources, MEL.needs) == (("logmel",), {"sound"})
+    assert (MEL.width, MEL.numeric_width, MEL.binary_width, MEL.active_width) == (15, 15, 0, 0)
+    assert MIXED.sources == ("phones", "visemes", "logmel")
+    assert MIXED.needs == {"phones", "words", "visemes", "sound"}
+    assert FeatureTable(("centre_phone",)).needs == {"phones", "words"}
+    assert MEL.columns[:6] == (*(f"logmel/mel0{k}" for k in range(1, 6)), "logmel_window/-3:mel01")
+    again = FeatureTable.from_description(json.loads(json.dumps(MIXED.describe())))
+    assert again == MIXED
+    assert again.hash == MIXED.hash
+
+
+def test_another_analysis_is_another_table() -> None:
+    for other in (Settings(units=9, logmel=LogMel(bands=5, window=30), logmel_offsets=(-3, 2)),
+                  Settings(units=9, logmel=LogMel(bands=5, floor=1e-6), logmel_offsets=(-3, 2)),
+                  Settings(units=9, logmel=LogMel(bands=5), logmel_offsets=(-3, 3))):
+        table = FeatureTable(MEL.names, other)
+        assert table.hash != MEL.hash
+        with pytest.raises(DnnvssError, match=r"block 'logmel(_window)?' means something else in the run"):
+            table.check(MEL.describe())
+    codes = utterances()[0][1]
+    assert expand(codes.with_table(MEL)).shape == (31, 15)
+    with pytest.raises(DnnvssError, match="its logmel were worked out with other settings"):
+        codes.with_table(FeatureTable(MEL.names, Settings(logmel=LogMel(bands=5, window=30))))
+
+
+def test_kept_on_disk_and_on_a_device(tmp_path: Path) -> None:
+    store = CodeStore.join([(name, codes) for name, codes, _ in utterances()])
+    opened = CodeStore.open(store.save(tmp_path / "codes"))
+    assert opened.sources == store.sources
+    assert opened.arrays["logmel"].dtype == np.float32
+    np.testing.assert_array_equal(expand(opened), expand(store))
+    np.testing.assert_array_equal(expand(CodeStore.open(tmp_path / "codes", MEL)), expand(store.with_table(MEL)))
+    frames = np.random.default_rng(1).integers(0, len(store), 100)
+    tensors = store.to("cpu")
+    assert len(tensors) == len(store)
+    numeric = tensors.numeric(torch.as_tensor(frames))
+    assert numeric.dtype == torch.float32
+    np.testing.assert_array_equal(numeric.numpy(), store.numeric(frames))
+    np.testing.assert_array_equal(tensors.active(torch.as_tensor(frames)).numpy(), store.active(frames))
+
+
+def test_the_scaler_makes_all_columns_alike() -> None:
+    store = CodeStore.join([(name, codes.with_table(MEL)) for name, codes, _ in utterances()])
+    scaled = NumericScaler.fit(store)(store.numeric(np.arange(len(store))))
+    np.testing.assert_allclose(scaled.mean(0), 0, atol=1e-5)
+    np.testing.assert_allclose(scaled.std(0), 1, rtol=1e-4)
+    assert store.active(np.arange(4)).shape == (4, 0)
+
+
+def test_the_sound_alone_needs_no_times() -> None:
+    sound = sound_of(0.4)
+    codes = encode_recording(Recording(None, sound=sound), MEL, CLOCK)
+    assert (len(codes), codes.utterances, codes.sources) == (40, 1, ("logmel",))
+    np.testing.assert_array_equal(codes.with_table(MEL).numeric(np.arange(40))[:, :5],
+                                  log_mel(sound, SMALL.logmel, CLOCK, 0, 40))
+    joined = CodeStore.join([("a", codes), ("b", encode(alignment_of(0.1, 0.2), "", MEL, CLOCK, sound_of(0.2)))])
+    assert joined.sources == ("logmel",)
+    assert joined.offsets.tolist() == [0, 40, 60]
+    with pytest.raises(DnnvssError, match="feature block 'centre_phone' needs phones, and there are none"):
+        codes.with_table(FeatureTable(("centre_phone",), SMALL))
+    with pytest.raises(DnnvssError, match="there are no times of 'phones'"):
+        encode_recording(Recording(None, sound=sound), FeatureTable(("centre_phone",)), CLOCK)
+    with pytest.raises(DnnvssError, match=r"the sound \(0.0040 s\) is shorter than half a frame"):
+        encode_recording(Recording(None, sound=sound_of(0.004)), MEL, CLOCK)
+    with pytest.raises(DnnvssError, match="neither alignment nor sound"):
+        Recording(None)
+
+
+def test_phones_are_there_though_no_block_asks_for_them() -> None:
+    codes = encode(alignment_of(0.1, 0.2, 0.4), "", MEL, CLOCK, sound_of(0.4))
+    assert codes.sources == ("phones", "logmel")
+    phones = phones_of(codes)
+    assert phones.start.tolist() == [0, 10, 20]
+    assert phones.frames.tolist() == [10, 10, 20]
+    assert phones.code.dtype == np.int64
+
+
+def test_frames_begin_where_the_alignment_begins() -> None:
+    sound = sound_of(0.6)
+    codes = encode(alignment_of(0.3, 0.5, start=0.2), "", MEL, CLOCK, sound)
+    np.testing.assert_array_equal(codes.numeric(np.arange(30))[:, :5], log_mel(sound, SMALL.logmel, CLOCK, 20, 30))
+
+
+def test_what_is_missing_is_named() -> None:
+    with pytest.raises(DnnvssError, match=r"labels=mel reads the sound, and there is none.*wav="):
+        encode(alignment_of(0.1, 0.2), "", MEL, CLOCK)
+    with pytest.raises(DnnvssError, match=r"the sound lasts 0.20 s and the alignment 0.50 s"):
+        encode(alignment_of(0.1, 0.5), "", MEL, CLOCK, sound_of(0.2))
+    with pytest.raises(DnnvssError, match="feature block 'logmel' needs the sound"):
+        encode(alignment_of(0.1, 0.2), "", FeatureTable(("centre_phone",)), CLOCK).with_table(MEL)
+
+
+@pytest.mark.parametrize(("settings", "message"), [
+    ({"logmel": {"bands": "many"}}, "labels.logmel.bands=many is no whole number"),
+    ({"logmel": {"band": 3}}, "labels.logmel.band is no setting. Did you mean labels.logmel.bands"),
+    ({"logmel_offsets": [1, 0]}, "names a frame twice, or the current one"),
+    ({"logmel_offsets": 4}, "labels.logmel_offsets=4 is no list"),
+])
+def test_settings_are_checked(settings: dict, message: str) -> None:
+    with pytest.raises(DnnvssError, match=message):
+        FeatureTable.from_config({"blocks": ["logmel"], **settings})
