@@ -49,3 +49,18 @@ def lip_pairs(shape: np.ndarray, inner: np.ndarray) -> tuple[np.ndarray, int]:
     across = np.abs(contour[upper, 0][:, None] - contour[lower, 0]).argmin(axis=1)
     middle = int(np.abs(contour[upper, 0] - contour[[first, second], 0].mean()).argmin())
     return np.column_stack([inner[upper], inner[lower[across]]]), middle
+
+
+def parted(shapes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Shapes (..., P, 2) in which lips that would pass through each other meet half way.
+
+    Args:
+        shapes: points with y downward.
+        pairs: upper and lower points (n, 2) that face each other (see :func:`lip_pairs`).
+    """
+    shapes = shapes.copy()
+    for upper, lower in pairs:
+        crossed = np.maximum(shapes[..., upper, 1] - shapes[..., lower, 1], 0) / 2
+        shapes[..., upper, 1] -= crossed
+        shapes[..., lower, 1] += crossed
+    return shapes
