@@ -8,10 +8,9 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from dnnvss.face.aam import ActiveAppearanceModel
-from dnnvss.face.aam.drawing import parted
 from dnnvss.face.aam.mesh import rim, signed_area
 from dnnvss.face.aam.painter import Painter
-from dnnvss.face.lips import lip_pairs
+from dnnvss.face.lips import lip_pairs, parted
 from dnnvss.face.pose import to_reference
 
 BATCH = 64

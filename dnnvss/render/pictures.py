@@ -11,8 +11,13 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.face.base import Face, Textured
 from dnnvss.face.encoding import EncodedCorpus
+from dnnvss.face.points import PointsFace
 from dnnvss.render.neutral import Neutral, choose_neutral
 from dnnvss.render.renderer import Renderer
+from dnnvss.render.sketch import Sketch
+
+_STILL = 0.25
+"""Size of a still drawing of points at zoom 1, over that of its video: about that of a talker's mouth."""
 
 
 class Pictures(Protocol):
@@ -50,6 +55,8 @@ def open_pictures(face: Face, ground: Path, scale: float = 1.0) -> Pictures:
     """
     if isinstance(face, ActiveAppearanceModel):
         return Renderer(face, Neutral.load(ground), scale)
+    if isinstance(face, PointsFace):
+        return Sketch(face, scale)
     raise _undrawn(face)
 
 
@@ -68,6 +75,8 @@ def still(face: Face, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
     """
     if isinstance(face, Textured):
         return face.picture(parameters, zoom)
+    if isinstance(face, PointsFace):
+        return next(Sketch(face, zoom * _STILL).frames(parameters[None]))
     raise _undrawn(face)
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dnnvss.face.aam.painter import Painter
-from dnnvss.face.lips import lip_pairs
+from dnnvss.face.lips import lip_pairs, parted
 
 if TYPE_CHECKING:
     from dnnvss.face.aam.model import ActiveAppearanceModel
@@ -38,18 +38,3 @@ def bordered_painter(model: "ActiveAppearanceModel", size: tuple[int, int]) -> P
     source = (warp.shape - warp.origin) * warp.scale + 1
     inner = np.flatnonzero(np.isin(warp.triangles, model.layout.inner).all(axis=1))
     return Painter(warp.triangles, source, inner, size, WHITE_CORNER)
-
-
-def parted(shapes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Shapes (..., P, 2) in which lips that would pass through each other meet half way.
-
-    Args:
-        shapes: points.
-        pairs: of the inner lips, (n, 2), see :func:`dnnvss.face.lips.lip_pairs`.
-    """
-    shapes = shapes.copy()
-    for upper, lower in pairs:
-        crossed = np.maximum(shapes[..., upper, 1] - shapes[..., lower, 1], 0) / 2
-        shapes[..., upper, 1] -= crossed
-        shapes[..., lower, 1] += crossed
-    return shapes
