@@ -11,10 +11,8 @@ from dnnvss import files
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import LAYOUT_68, Marks, read_landmarks, read_marks
+from dnnvss.media.folders import VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
-
-VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v")
-"""Kinds of video; where an id has several, the first."""
 
 SOUNDS = (".wav", ".flac", ".mp3")
 """Kinds of sound beside landmarks without video; where an id has several, the first."""
@@ -82,11 +80,12 @@ def _recordings(raw: Path) -> dict[str, Path | None]:
     if not raw.is_dir():
         raise DnnvssError("no such folder", file=raw, remedy="Set corpus.raw to the folder of your recordings")
     found: dict[str, Path | None] = {}
+    there = sorted(filter(is_visible, raw.iterdir()))
     for suffix in VIDEOS:
-        for path in sorted(p for p in raw.iterdir() if p.suffix.lower() == suffix):
+        for path in (p for p in there if p.suffix.lower() == suffix):
             found.setdefault(path.stem, path)
-    tracked = {p.stem if p.is_file() else p.name for p in raw.iterdir() if p.suffix.lower() in (".csv", ".npz")
-               or (p.is_dir() and any(p.glob("*.pts")))}
+    tracked = {p.stem for p in there if p.suffix.lower() in (".csv", ".npz")}
+    tracked |= {p.name for p in raw.iterdir() if p.is_dir() and any(p.glob("*.pts"))}
     bare = {i for i in tracked - set(found) if not found or any(_beside(raw, i, s) for s in (".txt", *SOUNDS))}
     if not found and not bare:
         raise DnnvssError("holds no video and no landmarks", file=raw,
@@ -102,8 +101,7 @@ def _beside(raw: Path, name: str, *suffixes: str) -> Path | None:
 def _source(raw: Path, name: str, video: Path | None, variant: str) -> Source:
     transcript = raw / f"{name}.txt"
     try:
-        text = files.read(transcript, lambda p: p.read_text(encoding="utf-8"), "Write the words of the recording there")
-        text = " ".join(text.split())
+        text = " ".join(files.read_text(transcript, "Write the words of the recording there").split())
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name,

@@ -13,6 +13,7 @@ from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_grid_align, read_marks
+from dnnvss.media.folders import is_visible
 
 CREDIT = "GRID corpus: Cooke, Barker, Cunningham, Shao, J. Acoust. Soc. Am. 120(5), 2006"
 
@@ -93,7 +94,7 @@ def _videos(raw: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for suffix in SUFFIXES:
         for folder in (raw / "video", raw / "raw", raw):
-            for path in sorted(folder.glob(f"*{suffix}")):
+            for path in sorted(filter(is_visible, folder.glob(f"*{suffix}"))):
                 found.setdefault(path.stem, path)
     if not found:
         raise DnnvssError("holds no video", file=raw, remedy="Set corpus.raw to the folder with video/*.mp4 or *.mpg")

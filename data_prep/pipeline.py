@@ -19,7 +19,6 @@ from data_prep.splits import completed, lacking
 from data_prep.stages import FOLDER, Workshop
 from data_prep.sync import FEWEST, find_sync, in_step
 from data_prep.unfilmed import measured, sounded, told_rate
-from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance, checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
@@ -234,9 +233,9 @@ def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[st
         if c["points"] != usual[0][0]:
             run.drop(name, f"has {c['points']} landmarks a frame, most of the corpus has {usual[0][0]}")
     names = [s.id for s in run.alive()]
-    stages, limits = run.shop.out / FOLDER, run.recipe.limits
-    clips = {n: files.read_arrays(stages / "media" / f"{n}.npz")["thumbnails"] for n in names if made[n]["video"]}
-    marks = {n: files.read_arrays(stages / "landmarks" / f"{n}.npz") for n in names}
+    limits = run.recipe.limits
+    clips = {n: run.shop.arrays("media", n)["thumbnails"] for n in names if made[n]["video"]}
+    marks = {n: run.shop.arrays("landmarks", n) for n in names}
     if not names:
         _nothing_left(run)
     whole = {n: np.zeros(made[n]["frames"], bool) for n in names}
@@ -284,7 +283,7 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
         return dict.fromkeys(names, 0.0)
     seen = {}
     for name in names:
-        marks = files.read_arrays(run.shop.out / FOLDER / "landmarks" / f"{name}.npz")
+        marks = run.shop.arrays("landmarks", name)
         if (good := marks["valid"] & ~bad[name]).any():
             seen[name] = fill_invalid(marks["points"][..., :2], good), good
     sounds = {name: made[name]["sound"] for name in seen}
@@ -394,7 +393,7 @@ def _cleaned(run: Preparation, made: Results, timed: Results, bad: Mapping[str, 
     tasks = {}
     for s in run.alive():
         marks = run.shop.out / FOLDER / "landmarks" / f"{s.id}.npz"
-        good = files.read_arrays(marks)["valid"] & ~bad[s.id]
+        good = run.shop.arrays("landmarks", s.id)["valid"] & ~bad[s.id]
         phones = Alignment.from_json(timed[s.id]["alignment"])["phones"]
         spoken = [p for p in phones if p.label not in SILENCES]
         if not spoken:

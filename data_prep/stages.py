@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import joblib
+import numpy as np
 from tqdm import tqdm
 
 from data_prep.workers import workers
@@ -59,6 +60,15 @@ class Workshop:
     def _file(self, stage: str, name: str) -> Path:
         return self.out / FOLDER / stage / f"{name}.json"
 
+    def arrays(self, stage: str, name: str) -> dict[str, np.ndarray]:
+        """The arrays that a stage kept beside its result of an utterance.
+
+        Raises:
+            DnnvssError: somebody removed or damaged them.
+        """
+        path = self.out / FOLDER / stage / f"{name}.npz"
+        return files.read_arrays(path, f"Delete {path.parent} and run the same command again: it makes them anew")
+
     def sweep(self) -> None:
         """Remove the temporary files of workers that were killed, if that can be done: it comes after everything."""
         with suppress(OSError):
@@ -86,7 +96,8 @@ def _finished(path: Path, key: str) -> dict[str, Any] | None:
         kept = json.loads(path.read_text("utf-8"))
     except ValueError:
         return None
-    return kept["result"] if kept.get("key") == key else None
+    whole = isinstance(kept, dict) and isinstance(kept.get("result"), dict)
+    return kept["result"] if whole and kept.get("key") == key else None
 
 
 def _one(

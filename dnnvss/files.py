@@ -1,5 +1,6 @@
 """Files that are whole or absent: every output is written to a temporary name and moved into place."""
 
+import codecs
 import errno
 import json
 import os
@@ -152,9 +153,35 @@ def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:
         raise DnnvssError(f"cannot be read ({type(error).__name__}: {error})", file=path, remedy=remedy) from error
 
 
+def read_text(path: str | Path, remedy: str) -> str:
+    """The text in a file, in UTF-8 or UTF-16, with or without a byte order mark; lines end in ``\\n``.
+
+    Raises:
+        DnnvssError: the file is missing or in another encoding; names the first byte that does not fit and its line.
+    """
+    path = Path(path)
+    data: bytes = read(path, Path.read_bytes, remedy)
+    try:
+        text = data.decode(_encoding(data))
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise DnnvssError(f"line {line}: byte {error.start} ({data[error.start]:#04x}) is no {error.encoding}",
+                          file=path, remedy="Save it as UTF-8") from error
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _encoding(data: bytes) -> str:
+    """What text is encoded in, as its first bytes tell; Windows writes UTF-16 where it says Unicode."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if b"\0" in data[:2]:
+        return "utf-16-be" if data[0] == 0 else "utf-16-le"
+    return "utf-8-sig"
+
+
 def read_json(path: str | Path, remedy: str = "Write the file again") -> Any:
     """Return the value in a JSON file."""
-    return read(path, lambda p: json.loads(p.read_text(encoding="utf-8")), remedy)
+    return read(path, lambda p: json.loads(read_text(p, remedy)), remedy)
 
 
 def read_arrays(path: str | Path, remedy: str = "Write the file again") -> dict[str, np.ndarray]:

@@ -29,10 +29,12 @@ def split_files(folder: Path) -> dict[str, list[str]]:
         DnnvssError: a file cannot be read.
     """
 
-    def ids(path: Path) -> list[str]:
-        return [name for line in path.read_text("utf-8").splitlines() if (name := line.strip())]
+    remedy = "Give one id a line"
 
-    return {p.stem: files.read(p, ids, "Give one id a line")
+    def ids(path: Path) -> list[str]:
+        return [name for line in files.read_text(path, remedy).splitlines() if (name := line.strip())]
+
+    return {p.stem: ids(p)
             for p in sorted(folder.glob("*.txt")) if not p.name.startswith(".")}
 
 

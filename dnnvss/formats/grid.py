@@ -25,7 +25,7 @@ def read_grid_align(path: str | Path, unit: float = UNIT) -> Tier:
     """
     path = Path(path)
     segments = list[Segment]()
-    lines = files.read(path, lambda p: p.read_text("utf-8").splitlines(), _REMEDY)
+    lines = files.read_text(path, _REMEDY).splitlines()
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue

@@ -29,7 +29,7 @@ def read_lab(path: str | Path) -> Alignment:
             file, line and label.
     """
     path = Path(path)
-    lines = files.read(path, lambda p: p.read_text("utf-8").splitlines(), _REMEDY)
+    lines = files.read_text(path, _REMEDY).splitlines()
     return _parse(path, list(enumerate(lines, start=1)))
 
 
@@ -40,7 +40,7 @@ def read_mlf(path: str | Path) -> dict[str, Alignment]:
         DnnvssError: as :func:`read_lab`, a file without the header ``#!MLF!#``, or an utterance without its end.
     """
     path = Path(path)
-    lines = files.read(path, lambda p: p.read_text("utf-8").splitlines(), _REMEDY)
+    lines = files.read_text(path, _REMEDY).splitlines()
     if not lines or lines[0].strip() != "#!MLF!#":
         raise DnnvssError("line 1 is not #!MLF!#", file=path, remedy="Give a master label file, or name it .lab")
     found: dict[str, Alignment] = {}

@@ -4,7 +4,6 @@ Coordinates are taken as they stand in the file. Tools differ by half a pixel or
 difference is the same for every point of a corpus, so the appearance model does not see it.
 """
 
-import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -64,7 +63,7 @@ def read_pts(path: str | Path) -> np.ndarray:
         DnnvssError: unreadable, a line without two numbers, or another number of points than announced; names the line.
     """
     path = Path(path)
-    text = files.read(path, lambda p: p.read_text("utf-8"), _PTS)
+    text = files.read_text(path, _PTS)
     rows = []
     inside, announced = False, None
     for number, line in enumerate(text.splitlines(), start=1):
@@ -148,7 +147,7 @@ def read_marks(path: str | Path) -> Marks:
     """
 
     def marks(p: Path) -> Marks:
-        value = json.loads(p.read_text("utf-8"))
+        value = files.read_json(p, _MARKS)
         size = value.get("size")
         return Marks({g: (int(a), int(b)) for g, (a, b) in value.get("groups", {}).items()},
                      float(value.get("scale", 1.0)), None if value.get("rate") is None else str(value["rate"]),

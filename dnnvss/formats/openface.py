@@ -82,7 +82,7 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
 
 def _lines(path: Path) -> list[tuple[int, list[str]]]:
     """The lines that are not blank, split at commas, with their numbers."""
-    rows = csv.reader(path.read_text("utf-8-sig").splitlines())
+    rows = csv.reader(files.read_text(path, _CSV).splitlines())
     return [(number, row) for number, row in enumerate(rows, start=1) if any(cell.strip() for cell in row)]
 
 

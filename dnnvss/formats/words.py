@@ -29,7 +29,7 @@ def read_words_csv(path: str | Path) -> Tier:
     """
     path = Path(path)
     remedy = "Write the header start,end,word and a line a word, times in seconds"
-    rows = files.read(path, lambda p: list(csv.reader(io.StringIO(p.read_text("utf-8-sig")))), remedy)
+    rows = files.read(path, lambda p: list(csv.reader(io.StringIO(files.read_text(p, remedy)))), remedy)
     if not rows or [name.strip().lower() for name in rows[0]] != ["start", "end", "word"]:
         raise DnnvssError("line 1 is not start,end,word", file=path, remedy=remedy)
     segments: list[Segment] = []

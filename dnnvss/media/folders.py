@@ -4,7 +4,13 @@ from pathlib import Path
 
 from dnnvss.errors import DnnvssError
 
-SUFFIXES = (".mp4", ".mov", ".avi", ".mkv", ".mpg", ".mpeg", ".webm", ".m4v")
+VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v")
+"""Kinds of video; where a name has several, the first."""
+
+
+def is_visible(path: Path) -> bool:
+    """Whether a path is a file that its user put there: not a folder, nor what systems hide (``._clip.mp4``)."""
+    return path.is_file() and not path.name.startswith(".")
 
 
 def find_videos(folder: Path) -> list[Path]:
@@ -15,7 +21,9 @@ def find_videos(folder: Path) -> list[Path]:
     """
     if folder.is_file():
         return [folder]
-    videos = sorted(p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES)
+    if not folder.exists():
+        raise DnnvssError("no such folder or file", file=folder, remedy="Give a folder of videos, or one video")
+    videos = sorted(p for p in folder.rglob("*") if p.suffix.lower() in VIDEOS and is_visible(p))
     if not videos:
-        raise DnnvssError("holds no video", file=folder, remedy=f"Give a folder with files {', '.join(SUFFIXES)}")
+        raise DnnvssError("holds no video", file=folder, remedy=f"Give a folder with files {', '.join(VIDEOS)}")
     return videos

@@ -163,7 +163,7 @@ def read_keys(path: str | Path) -> list[Key]:
     if _kind(path) == ".json":
         rows = files.read_json(path, _REMEDY)
     else:
-        rows = files.read(path, lambda p: list(csv.DictReader(io.StringIO(p.read_text("utf-8-sig")))), _REMEDY)
+        rows = files.read(path, lambda p: list(csv.DictReader(io.StringIO(files.read_text(p, _REMEDY)))), _REMEDY)
     keys = []
     for number, row in enumerate(rows, start=1):
         try:

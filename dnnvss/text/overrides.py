@@ -22,7 +22,7 @@ def read_overrides(path: str | Path) -> dict[str, str]:
         DnnvssError: the file is missing, or a line has no phones or unknown ones; the message gives its number.
     """
     remedy = "Write a word and its ARPAbet phones on each line, e.g. GRID G R IH D"
-    lines = files.read(path, lambda p: p.read_text(encoding="utf-8-sig").splitlines(), remedy)
+    lines = files.read_text(path, remedy).splitlines()
     found = {}
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.lstrip()[0] in "#;":

@@ -302,3 +302,14 @@ def test_a_place_that_cannot_be_written_is_said_in_one_line(
         files.write_text(path, "in the way")
     with pytest.raises(DnnvssError, match=r"out.*cannot be (written|removed) .*Choose another place"):
         prepare_folder(recordings, tmp_path / "out", jobs=1)
+
+
+def test_files_that_systems_hide_and_folders_are_no_recordings(raw: Path, tmp_path: Path) -> None:
+    for name in ("._demo_001.mp4", ".DS_Store", "._demo_001.npz"):
+        (raw / name).write_bytes(b"\0")
+    (raw / "edits.mp4").mkdir()
+    said = (raw / "demo_002.txt").read_text("utf-8")
+    (raw / "demo_002.txt").write_bytes(said.encode("utf-16"))
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1, strict=True))
+    assert sorted(corpus.utterances) == [f"demo_00{i}" for i in range(5)]
+    assert corpus.utterances["demo_002"].text == said

@@ -56,10 +56,17 @@ def test_a_corpus_that_is_being_changed_cannot_be_opened(shop):
     assert (shop.out / "corpus.json").exists()
 
 
-def test_a_damaged_result_is_made_again(shop):
+@pytest.mark.parametrize("damaged", ['{"key": ', "[]", "null", '{"key": "KEY"}', '{"key": "KEY", "result": 3}'])
+def test_a_damaged_result_is_made_again(damaged, shop):
     shop.run("stage", count, {"a": {"value": 1}})
-    (shop.out / ".stages" / "stage" / "a.json").write_text('{"key": ')
+    path = shop.out / ".stages" / "stage" / "a.json"
+    path.write_text(damaged.replace("KEY", json.loads(path.read_text())["key"]))
     assert shop.run("stage", count, {"a": {"value": 1}}) == {"a": {"doubled": 2}}
+
+
+def test_arrays_that_somebody_removed_say_how_they_are_made_again(shop):
+    with pytest.raises(DnnvssError, match=r"media/a\.npz: no such file\. Delete .*\.stages/media and run the same"):
+        shop.arrays("media", "a")
 
 
 def refuse(name, out):
