@@ -14,7 +14,7 @@ CONF = Path(__file__).parent / "conf"
 
 @command
 def main(config: "DictConfig") -> None:
-    from dnnvss.synthesis.speak import synthesise
+    from dnnvss.commands.speak import synthesise
 
     synthesise(config)
 

@@ -20,7 +20,7 @@ from dnnvss.corpus import Corpus
 from dnnvss.runs.run import Run
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.durations_scores import score_durations
-from dnnvss.synthesis.speak import model_durations
+from dnnvss.synthesis.plan import model_durations
 
 STAGES = {"own voice": "the talker's own voice", "alignment": "the aligner for everybody"}
 

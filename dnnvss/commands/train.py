@@ -118,9 +118,6 @@ def save_voice(folder: Path, corpus: Corpus, encoded: EncodedCorpus, config: Dic
 
 def _render_samples(folder: Path, corpus: Corpus, report: Report, first: str) -> None:
     """Write a rendered sentence, and the side-by-side videos that the report of the evaluation shows."""
-    from dnnvss.evaluation.videos import worst_middle_best, write_side_by_side
-    from dnnvss.synthesis.speak import render_utterance
+    from dnnvss.evaluation.videos import worst_middle_best, write_samples
 
-    run = Run.open(folder)
-    render_utterance(run, corpus, corpus.utterances[first], run.files.sample)
-    write_side_by_side(run, corpus, worst_middle_best(report))
+    write_samples(Run.open(folder), corpus, first, worst_middle_best(report))

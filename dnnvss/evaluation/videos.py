@@ -1,6 +1,6 @@
 """Side-by-side videos of test sentences: the recording, the face from plain MLPG, and the face in the run's style."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import cv2
@@ -12,10 +12,13 @@ from dnnvss.curves import resample
 from dnnvss.evaluation import Report
 from dnnvss.face.base import Textured
 from dnnvss.media import SOUND_RATE, read_audio, read_video, write_video
-from dnnvss.render.pictures import Pictures
 from dnnvss.render.side_by_side import side_by_side
 from dnnvss.runs.run import Run
+from dnnvss.style import Style
 from dnnvss.style.generator import PLAIN, make_style
+from dnnvss.synthesis.outputs import write_spoken
+from dnnvss.synthesis.request import Recording, Scene, SpeakRequest
+from dnnvss.synthesis.speak import Spoken, speak
 
 RECORDED = "recorded"
 _COLUMNS = 4
@@ -30,20 +33,38 @@ def worst_middle_best(report: Report, system: str = "model") -> list[str]:
     return [ids[i] for i in dict.fromkeys((order[0], order[len(order) // 2], order[-1]))]
 
 
-def write_side_by_side(run: Run, corpus: Corpus, ids: list[str]) -> list[Path]:
+def say(run: Run, corpus: Corpus, utterance: Utterance, style: Style) -> Spoken:
+    """An utterance of the corpus as a run says it at the recording's phone times, with the recorded sound."""
+    sound = _sound(corpus, utterance)
+    recording = None if sound is None else Recording(sound, SOUND_RATE, corpus.sound(utterance).samples)
+    return speak(run, SpeakRequest(utterance.text, recording, utterance.alignment, engine="none", style=style,
+                                   scene=Scene(rate=utterance.clock), id=utterance.id))
+
+
+def write_samples(run: Run, corpus: Corpus, first: str, ids: Sequence[str]) -> list[Path]:
+    """Write what a run is looked at by: a sentence in its style, and others beside their recordings.
+
+    Args:
+        run: the run.
+        corpus: that it was trained on.
+        first: the id of the sentence that is written with everything beside it.
+        ids: of those that are shown beside their recordings.
+    """
+    spoken = say(run, corpus, corpus.utterances[first], make_style(run.settings.style, run.face))
+    write_spoken(spoken, run.files.sample, {"utterance": first})
+    return [run.files.sample, *write_side_by_side(run, corpus, ids)]
+
+
+def write_side_by_side(run: Run, corpus: Corpus, ids: Sequence[str]) -> list[Path]:
     """Write ``videos/<sentence>.mp4`` in the run folder, with the recorded sound, and return the paths."""
     style = make_style(run.settings.style, run.face)
-    pictures = run.pictures()
     styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, run.settings.style_name: style}
     written = []
     for utterance in (corpus.utterances[i] for i in ids):
-        example, clock = run.recorded(corpus, utterance), run.task.clock
-        faces = [pictures.frames(resample(run.generator(example, s), clock, utterance.clock)) for s in styles.values()]
-        sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
-        caption, truth = _truth(run, pictures, corpus, utterance)
-        frames = side_by_side(truth, *faces, captions=[caption, *styles])
-        path = run.files.video(utterance.id)
-        written.append(write_video(path, frames, utterance.clock.rate, sound, SOUND_RATE))
+        faces = [say(run, corpus, utterance, s) for s in styles.values()]
+        caption, truth = _truth(faces[0], corpus, utterance)
+        frames = side_by_side(truth, *(face.frames() for face in faces), captions=[caption, *styles])
+        written.append(_written(run.files.video(utterance.id), frames, corpus, utterance))
     return written
 
 
@@ -53,19 +74,21 @@ def write_systems(runs: Mapping[str, Run], corpus: Corpus, sentence: str, out: P
     The faces alone are shown, in rows, each under its name.
     """
     utterance = corpus.utterances[sentence]
-    drawn = {name: run.pictures() for name, run in runs.items()}
-    faces = []
-    for name, run in runs.items():
-        trajectory = run.generator(run.recorded(corpus, utterance), PLAIN)
-        faces.append(drawn[name].frames(resample(trajectory, run.task.clock, utterance.clock)))
-    last = list(runs)[-1]
-    caption, truth = _truth(runs[last], drawn[last], corpus, utterance)
-    captions = [caption, *runs]
-    sound = read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
-    box = _face_box(corpus, utterance, drawn[last].size) if caption == RECORDED else (slice(None), slice(None))
-    cut = ((picture[box] for picture in face) for face in (truth, *faces))
+    faces = [say(run, corpus, utterance, PLAIN) for run in runs.values()]
+    caption, truth = _truth(faces[-1], corpus, utterance)
+    captions, size = [caption, *runs], faces[-1].stage.pictures.size
+    box = _face_box(corpus, utterance, size) if caption == RECORDED else (slice(None), slice(None))
+    cut = ((picture[box] for picture in pictures) for pictures in (truth, *(face.frames() for face in faces)))
     frames = side_by_side(*cut, captions=captions, columns=min(_COLUMNS, -(-len(captions) // 2)))
-    return write_video(out, frames, utterance.clock.rate, sound, SOUND_RATE)
+    return _written(out, frames, corpus, utterance)
+
+
+def _written(path: Path, frames: Iterator[np.ndarray], corpus: Corpus, utterance: Utterance) -> Path:
+    return write_video(path, frames, utterance.clock.rate, _sound(corpus, utterance), SOUND_RATE)
+
+
+def _sound(corpus: Corpus, utterance: Utterance) -> np.ndarray | None:
+    return read_audio(corpus.path(utterance, "audio"), SOUND_RATE) if utterance.audio else None
 
 
 def _face_box(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> tuple[slice, slice]:
@@ -78,12 +101,13 @@ def _face_box(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> tu
     return slice(y0, y1 - (y1 - y0) % 2), slice(x0, x1 - (x1 - x0) % 2)
 
 
-def _truth(run: Run, pictures: Pictures, corpus: Corpus, utterance: Utterance) -> tuple[str, Iterator[np.ndarray]]:
+def _truth(spoken: Spoken, corpus: Corpus, utterance: Utterance) -> tuple[str, Iterator[np.ndarray]]:
     """What predictions are shown beside: the recording, or what was measured in it where the face has no texture."""
+    run, pictures = spoken.run, spoken.stage.pictures
     if isinstance(run.face, Textured):
         return RECORDED, _recorded(corpus, utterance, pictures.size)
     measured = files.read_arrays(run.files.prediction("reference"))[utterance.id]
-    return "measured", pictures.frames(resample(measured, run.task.clock, utterance.clock))
+    return "measured", pictures.frames(resample(measured, spoken.clock, utterance.clock))
 
 
 def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:

@@ -11,12 +11,12 @@ from omegaconf import DictConfig
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
+from dnnvss.commands.speak import synthesise
 from dnnvss.commands.train import train
 from dnnvss.evaluation.picture_book import draw_units
 from dnnvss.evaluation.runs import read_run
 from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.runs.run import Run
-from dnnvss.synthesis.speak import synthesise
 from dnnvss.timing import Tier
 
 FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu", "jobs=1",

@@ -18,19 +18,21 @@ from data_prep.demo import prepare_demo
 from dnnvss import files
 from dnnvss.commands.compare import main as evaluate_runs
 from dnnvss.commands.entry import grouped
+from dnnvss.commands.speak import synthesise
 from dnnvss.commands.sweep import CompareRuns, _free, run_folder, what_differs
 from dnnvss.commands.train import train
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.videos import write_side_by_side
-from dnnvss.formats import read_alignment
+from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.media import read_audio, read_video, video_info
 from dnnvss.phones import BILABIALS
 from dnnvss.runs.run import Run
 from dnnvss.style import read_keys, write_keys
 from dnnvss.style.rules import phone_frames
-from dnnvss.synthesis.speak import replace_unseen, synthesise
+from dnnvss.synthesis import outputs
+from dnnvss.synthesis.speak import replace_unseen
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
@@ -240,7 +242,9 @@ def test_curves_have_a_line_for_each_picture(home: Path) -> None:
 
 @pytest.mark.parametrize("wrong, message", [
     ("speed=fast", "speed=fast is no number"), ("key_names=aperture", "key_names=aperture is no list"),
-    ("key_positions=[2]", "Give shares of a phone"), ("wav=nothing.wav", "nothing.wav: no such file.*given as wav="),
+    ("key_positions=[2]", r"key_positions\[0\]=2.0 is too much"),
+    ("key_positions=null", "key_positions=null is no list"), ("total=abc", "total=abc is no number"),
+    ("wav=nothing.wav", "nothing.wav: no such file.*given as wav="),
     ("out=x.npz", r"out=x\.npz does not end in \.mp4.*export_curves"),
     ("export_curves=x.txt", r"export_curves=x\.txt does not end in \.csv"),
     ("+style.groups.jaw=[aam99]", "named 'aam99'"), ("+style.by_group.jaw=2", "no group is named 'jaw'"),
@@ -257,12 +261,62 @@ def test_wrong_styles_and_keys_are_named_before_anything_is_rendered(
 def test_nothing_that_is_read_or_written_is_overwritten(home: Path, tmp_path: Path) -> None:
     recording = tmp_path / "mine.wav"
     recording.write_bytes(b"a recording")
-    (tmp_path / "link.wav").symlink_to(recording)
-    for settings in ([f"wav={recording}"], [f"wav={tmp_path}/link.wav"], [f"export_keys={tmp_path}/mine.json"],
+    (tmp_path / "link.csv").symlink_to(tmp_path / "mine.json")
+    (tmp_path / "mine.json").touch()
+    for settings in ([f"import_keys={tmp_path}/link.csv"], [f"export_keys={tmp_path}/mine.json"],
                      [f"alignment={tmp_path}/mine.wav"]):
         with pytest.raises(DnnvssError, match=r"would overwrite what is read|two outputs have this name"):
             synthesise(configure("synth", f"run={home}/runs/ph", f"out={tmp_path}/mine.mp4", "text=hello", *settings))
-    assert recording.read_bytes() == b"a recording" and len(list(tmp_path.iterdir())) == 2
+    assert recording.read_bytes() == b"a recording" and len(list(tmp_path.iterdir())) == 3
+
+
+def test_a_recording_is_left_alone_beside_its_video(home: Path, tmp_path: Path) -> None:
+    speak(home, "said.mp4", "text='hello my friend'")
+    recording = tmp_path / "hello.wav"
+    recording.write_bytes((home / "said.wav").read_bytes()[:-2] + b"\x07\x00")
+    before = recording.read_bytes()
+    (tmp_path / "link.wav").symlink_to(recording)
+    for wav in (recording, tmp_path / "link.wav"):
+        speak(home, "h.mp4", f"out={tmp_path}/hello.mp4", "text='hello my friend'", f"wav={wav}")
+        assert recording.read_bytes() == before and video_info(tmp_path / "hello.mp4").has_audio
+        assert not list(tmp_path.glob(".*"))
+
+
+def test_an_utterance_whose_name_is_that_of_an_output_is_no_file(home: Path, monkeypatch: pytest.MonkeyPatch,
+                                                                 tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    name = next(iter(Corpus.open(home / "demo").utterances))
+    speak(home, "n.mp4", f"out={tmp_path}/{name}.mp4", "text='hello'", f"into={name}")
+    assert json.loads((tmp_path / f"{name}.json").read_text())["into"] == name
+    with pytest.raises(DnnvssError, match=r"would overwrite what is read"):
+        speak(home, "n.mp4", f"out={tmp_path}/{name}.mp4", "text='hello'", f"into={tmp_path}/{name}.mp4")
+
+
+def test_times_that_start_late_are_moved_to_the_start_of_the_face(home: Path, tmp_path: Path) -> None:
+    speak(home, "early.mp4", "text='pack my box'", "speech=none", "style=plain")
+    given = read_alignment(home / "early.TextGrid")
+    late = Alignment(tier.moved(0.75) for tier in given.tiers)  # 75 frames of the trajectory
+    write_alignment(tmp_path / "late.lab", late)
+    out = speak(home, "late.mp4", f"alignment={tmp_path}/late.lab", "speech=none", "style=plain")
+    written = read_alignment(home / "late.TextGrid")
+    assert written.start == 0 and written["phones"].edges == pytest.approx(given["phones"].edges, abs=1e-3)
+    early, shifted = ([(s["first"], s["last"]) for s in files.read_json(home / f"{name}.json")["risks"]["spans"]]
+                      for name in ("early", "late"))
+    assert shifted == early and early
+    assert shifted[-1][1] < len(trajectory(out)) == len(trajectory(home / "early.mp4"))
+
+
+@pytest.mark.parametrize("broken", ["draw", "report", "write_wav", "write_alignment"])
+def test_nothing_beside_the_video_costs_it(home: Path, monkeypatch: pytest.MonkeyPatch, broken: str,
+                                           tmp_path: Path) -> None:
+    def fail(*args: object, **more: object) -> None:
+        raise ValueError("no room on the canvas")
+
+    monkeypatch.setattr(outputs, broken, fail)
+    with pytest.raises(DnnvssError, match=r"ValueError: no room on the canvas.*the video .*x\.mp4 is whole"):
+        speak(home, "x.mp4", f"out={tmp_path}/x.mp4", "text='hello'")
+    kept = {"draw": ".png", "report": ".json", "write_wav": ".wav", "write_alignment": ".TextGrid"}
+    assert {p.suffix for p in tmp_path.iterdir()} == {".mp4", ".npz", *kept.values()} - {kept[broken]}
 
 
 def test_overwrite_deletes_runs_alone(home: Path, tmp_path: Path) -> None:
@@ -300,7 +354,7 @@ def test_bad_input_is_named_and_nothing_is_left(home: Path, tmp_path: Path, wron
 
 
 def test_durations_of_a_model_that_learnt_none_are_refused(home: Path, tmp_path: Path) -> None:
-    for source, message in (("model", "feedforward has learnt no durations"), ("mine", "unknown durations='mine'")):
+    for source, message in (("model", "feedforward has learnt no durations"), ("mine", "durations=mine is unknown")):
         with pytest.raises(DnnvssError, match=message):
             speak(home, str(tmp_path / "x.mp4"), "text=hello", f"durations={source}")
     assert not list(tmp_path.iterdir())

@@ -13,12 +13,12 @@ from omegaconf import DictConfig
 from data_prep.demo import prepare_demo
 from dnnvss import files
 from dnnvss.commands.export import main as export
+from dnnvss.commands.speak import synthesise
 from dnnvss.commands.train import train
 from dnnvss.errors import DnnvssError
 from dnnvss.media import video_info
 from dnnvss.runs.bundling import write_bundle
 from dnnvss.runs.run import Run
-from dnnvss.synthesis.speak import synthesise
 
 FAST = ["debug=default", "aam.modes=8", "jobs=1", "trainer.accelerator=cpu"]
 SIZES = ([8], [16], [8, 8], [16, 16])

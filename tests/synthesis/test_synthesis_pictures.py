@@ -11,7 +11,10 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import fit_aam
 from dnnvss.media import write_video
-from dnnvss.synthesis.stage import Stage, open_stage, read_footage, read_request
+from dnnvss.synthesis.footage import footage_files, read_footage
+from dnnvss.synthesis.request import Scene
+from dnnvss.synthesis.stage import Stage, open_stage
+from dnnvss.timing import FrameClock
 
 
 @pytest.fixture(scope="module")
@@ -28,28 +31,23 @@ def film(tmp_path: Path) -> Path:
     return write_video(tmp_path / "film.mp4", images, 25, quality=1)
 
 
-def asked(film: Path, **more: object) -> SimpleNamespace:
-    return SimpleNamespace(**{"into": str(film), "into_fill": "pingpong", "render": "reference+face", "rate": None,
-                              "scale": 1, **more})
+def opened(film: Path, run: SimpleNamespace, seconds: float, rate: float | None = None) -> Stage:
+    footage = read_footage(run, str(film))  # type: ignore[arg-type]
+    scene = Scene(("reference", "face"), footage, rate=None if rate is None else FrameClock(rate))
+    return open_stage(run, scene, seconds)  # type: ignore[arg-type]
 
 
-def opened(config: SimpleNamespace, run: SimpleNamespace, seconds: float) -> Stage:
-    return open_stage(config, run, read_request(config, run), "30", seconds)  # type: ignore[arg-type]
-
-
-def test_a_video_with_landmarks_beside_it_is_footage(
-    run: SimpleNamespace, film: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    stage = opened(asked(film, rate=50), run, 2.0)
+def test_a_video_with_landmarks_beside_it_is_footage(run: SimpleNamespace, film: Path) -> None:
+    stage = opened(film, run, 2.0, 50)
     assert stage.clock.rate == 50 and stage.notes["footage_frames"] == [1, 20] and stage.notes["of"] == 20
-    said = capsys.readouterr().out
+    said = "\n".join(stage.remarks)
     assert "frames 1 to 19 of 20" in said and "0.8 s for 2.0 s of speech: played back and forth" in said
     pictures = list(stage.frames(np.zeros((100, run.face.size))))
     assert len(pictures) == 100 and pictures[0].shape == (SIZE[0] + 28, 2 * SIZE[1], 3)
     recorded = np.stack(pictures)[:, 28:, :SIZE[1]].astype(int)
     footage = read_footage(run, str(film)).images  # type: ignore[arg-type]
     assert (recorded[:2] == footage[1]).all() and (recorded[2:4] == footage[2]).all()  # each frame twice: 50 from 25
-    assert opened(asked(film), run, 0.4).clock.rate == 25
+    assert opened(film, run, 0.4).clock.rate == 25
 
 
 def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamespace, film: Path) -> None:
@@ -85,3 +83,8 @@ def test_footage_that_cannot_be_used_names_its_file(run: SimpleNamespace, film: 
         with pytest.raises(DnnvssError, match=rf"film\.npz: {message}") as caught:
             read_footage(run, str(film))  # type: ignore[arg-type]
         assert "rack the video" in str(caught.value) and "utterance" not in str(caught.value)
+
+
+def test_an_utterance_is_no_file_that_is_read(film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert footage_files("film") == [] and footage_files("film.mp4") == [Path("film.mp4"), Path("film.npz")]

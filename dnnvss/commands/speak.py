@@ -1,0 +1,123 @@
+"""Speaks with a trained run: reads what is given, calls :func:`dnnvss.synthesis.speak.speak`, prints and writes."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from omegaconf import DictConfig
+
+from dnnvss.commands.plain import plain
+from dnnvss.commands.speak_settings import SpeakSettings, check_files
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import read_alignment, spanning, write_alignment
+from dnnvss.media import SOUND_RATE, SPEECH_RATE, read_audio
+from dnnvss.runs.naming import newest
+from dnnvss.runs.run import Run
+from dnnvss.settings import read_settings
+from dnnvss.style import read_keys, write_keys
+from dnnvss.style.generator import make_style
+from dnnvss.synthesis.footage import read_footage
+from dnnvss.synthesis.outputs import write_spoken
+from dnnvss.synthesis.request import Recording, Scene, SpeakRequest, check_alignment, check_views
+from dnnvss.synthesis.speak import Spoken, speak
+from dnnvss.text.overrides import read_overrides
+from dnnvss.timing import Alignment, FrameClock
+
+
+def synthesise(config: DictConfig) -> None:
+    """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
+    settings = read_settings(SpeakSettings, plain(config), "")
+    check_files(settings)
+    folder = Path(settings.run) if settings.run else newest(Path(settings.runs))
+    print(f"run: {folder}")
+    run = Run.open(folder)
+    spoken = speak(run, read_request(settings, run))
+    print("\n".join([*spoken.remarks, *spoken.stage.remarks]))
+    exported = write_exports(settings, spoken)
+    about = {"style": dict(settings.style), "keys": settings.import_keys}
+    keep = Path(settings.wav) if settings.wav else None
+    written = write_spoken(spoken, Path(settings.out), about, keep, with_progress)
+    print("wrote " + ", ".join(map(str, written + exported)))
+
+
+def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:
+    """The request, with every file read that it names.
+
+    Raises:
+        DnnvssError: a file that is missing or damaged, or a setting that asks for what there is not.
+    """
+    scene = read_scene(settings, run)
+    recording = _recording(Path(settings.wav)) if settings.wav else None
+    alignment = _alignment(Path(settings.alignment), settings.text or "", recording) if settings.alignment else None
+    return SpeakRequest(
+        text=settings.text or "", recording=recording, alignment=alignment,
+        overrides=read_overrides(settings.overrides) if settings.overrides else None,
+        durations=settings.durations, speed=settings.speed, total=settings.total, lead_in=settings.lead_in / 1000,
+        lead_out=settings.lead_out / 1000, engine=settings.speech.engine, engine_voice=settings.speech.voice,
+        style=make_style(settings.style, run.face),
+        keys=tuple(read_keys(settings.import_keys)) if settings.import_keys else (),
+        anticipation=settings.anticipation / 1000, scene=scene)
+
+
+def read_scene(settings: SpeakSettings, run: Run) -> Scene:
+    """What is to be seen, the footage read.
+
+    Raises:
+        DnnvssError: an unknown view, or footage that is missing, has no landmarks or too few of them.
+    """
+    views = tuple(settings.render.split("+"))
+    check_views(views, settings.into is not None)
+    footage = read_footage(run, settings.into) if settings.into is not None else None
+    if footage is not None:
+        footage.usable()
+    rate = None if settings.rate is None else FrameClock(settings.rate)
+    return Scene(views, footage, settings.into_fill, rate, settings.scale)
+
+
+def _recording(path: Path) -> Recording:
+    return Recording(read_audio(path, SOUND_RATE), SOUND_RATE, read_audio(path, SPEECH_RATE))
+
+
+def _alignment(path: Path, text: str, recording: Recording | None) -> Alignment:
+    """The phone times in a file, over the whole of the recording that they belong to."""
+    alignment = check_alignment(read_alignment(path), text, path)
+    if recording is None:
+        return alignment
+    try:
+        return spanning(alignment, len(recording.samples) / recording.rate)
+    except DnnvssError as error:
+        raise DnnvssError(error.problem, file=path, remedy=error.remedy) from error
+
+
+def write_exports(settings: SpeakSettings, spoken: Spoken) -> list[Path]:
+    """Write the keys, times and curves that are asked for, and return their paths.
+
+    Raises:
+        DnnvssError: keys of nothing, or a suffix that is not known.
+    """
+    written = []
+    if settings.export_keys:
+        written.append(write_keys(settings.export_keys, spoken.keys(settings.key_names, settings.key_positions)))
+    if settings.export_alignment:
+        written.append(_export_alignment(Path(settings.export_alignment), spoken))
+    if settings.export_curves:
+        from dnnvss.export.curves import write_curves
+
+        written.append(write_curves(Path(settings.export_curves), spoken.curves(), spoken.stage.clock))
+    return written
+
+
+def _export_alignment(path: Path, spoken: Spoken) -> Path:
+    """Write the times in the format of the suffix, HTS full-context labels for ``.full.lab``."""
+    from dnnvss.text.full_context import write_full_context
+
+    if path.name.lower().endswith(".full.lab"):
+        return write_full_context(path, spoken.plan.alignment, spoken.plan.text)
+    return write_alignment(path, spoken.plan.alignment)
+
+
+def with_progress(frames: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+    """The pictures, with a bar that counts them."""
+    from tqdm import tqdm
+
+    return iter(tqdm(frames, "rendering", unit=" frames", leave=False))

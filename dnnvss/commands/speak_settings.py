@@ -1,0 +1,98 @@
+"""The settings of ``conf/synth.yaml``, and which of them do not go together."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dnnvss.errors import DnnvssError
+from dnnvss.settings import setting
+from dnnvss.synthesis.footage import footage_files
+from dnnvss.synthesis.outputs import SOUND, beside
+from dnnvss.synthesis.request import FILLS
+
+_INPUTS = ("wav", "alignment", "import_keys", "overrides")
+_OUTPUTS = ("export_curves", "export_keys", "export_alignment")
+_ENDINGS = {"out": (".mp4", "export_curves=FILE.csv writes numbers"),
+            "export_curves": (".csv", "the trajectory's .npz is written beside the video")}
+"""Settings that name a file of one kind, and where other kinds are to be had."""
+
+
+@dataclass(frozen=True)
+class SpeechSettings:
+    """Who speaks."""
+
+    engine: str = setting("auto", doc="festival, flite, espeak, formant, auto for the best that can, or none")
+    voice: str | None = setting(None, doc="one of the engine's voices")
+
+
+@dataclass(frozen=True)
+class SpeakSettings:
+    """What ``synth.py`` is told; ``conf/synth.yaml`` says what each setting means."""
+
+    speech: SpeechSettings
+    style: Mapping[str, Any]
+    run: str | None = setting(None)
+    runs: str = setting("runs")
+    text: str | None = setting(None)
+    wav: str | None = setting(None)
+    alignment: str | None = setting(None)
+    out: str = setting("speech.mp4")
+    rate: int | float | str | None = setting(None)
+    into: str | None = setting(None)
+    into_fill: str = setting("pingpong", choices=FILLS)
+    render: str = setting("face")
+    scale: float = setting(1.0, above=0)
+    durations: str = setting("corpus", choices=("corpus", "model"))
+    speed: float = setting(1.0, above=0)
+    total: float | None = setting(None, above=0)
+    lead_in: float = setting(250.0, least=0)
+    lead_out: float = setting(350.0, least=0)
+    anticipation: float = setting(0.0)
+    export_alignment: str | None = setting(None)
+    export_curves: str | None = setting(None)
+    overrides: str | None = setting(None)
+    import_keys: str | None = setting(None)
+    export_keys: str | None = setting(None)
+    key_names: tuple[str, ...] = setting(("aperture", "lower_lip", "width"))
+    key_positions: tuple[float, ...] = setting((0.5,), least=0, most=1)
+
+
+def check_files(settings: SpeakSettings) -> None:
+    """Refuse inputs that are missing, outputs of another kind, and names under which a file would be lost.
+
+    Raises:
+        DnnvssError: the first of them.
+    """
+    for name in _INPUTS:
+        path = getattr(settings, name)
+        if path and not Path(path).is_file():
+            what = "is a folder" if Path(path).is_dir() else "no such file"
+            raise DnnvssError(what, file=path, remedy=f"Check the path given as {name}=")
+    for name, (ending, other) in _ENDINGS.items():
+        path = getattr(settings, name)
+        if path and Path(path).suffix.lower() != ending:
+            raise DnnvssError(f"{name}={path} does not end in {ending}", remedy=f"Name it so; {other}")
+    _check_places(settings)
+
+
+def _check_places(settings: SpeakSettings) -> None:
+    """Refuse an output that is an input, links followed, or another output.
+
+    The sound beside the video is no output where it is the recording that is read: then it stays as it is.
+    """
+    out = Path(settings.out)
+    sound = out.with_suffix(SOUND)
+    read = [Path(path) for name in _INPUTS if (path := getattr(settings, name))]
+    read += footage_files(settings.into) if settings.into else []
+    written = [out, *beside(out), *(Path(path) for name in _OUTPUTS if (path := getattr(settings, name)))]
+    own = settings.wav is not None and Path(settings.wav).resolve() == sound.resolve()
+    if not own and (settings.wav or settings.speech.engine != "none"):
+        written.append(sound)
+    places = [path.resolve() for path in written]
+    for path in read:
+        if path.resolve() in places:
+            raise DnnvssError(f"out={out} would overwrite what is read", file=path, remedy="Choose another out=")
+    for place in places:
+        if places.count(place) > 1:
+            raise DnnvssError("two outputs have this name", file=place, remedy="Name one of them otherwise")

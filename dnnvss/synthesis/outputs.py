@@ -1,0 +1,102 @@
+"""Writes what was spoken: the video, and beside it trajectory, times, sound, report and plot."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import write_alignment
+from dnnvss.media import write_video, write_wav
+from dnnvss.synthesis.speak import Spoken
+
+SOUND = ".wav"
+PLOTTED = 5
+"""Coefficients in the plot."""
+
+
+def beside(out: Path) -> list[Path]:
+    """What is written beside every video: trajectory, alignment, plot and report."""
+    return [out.with_suffix(suffix) for suffix in (".npz", ".TextGrid", ".png", ".json")]
+
+
+def write_spoken(spoken: Spoken, out: Path, about: Mapping[str, Any] = MappingProxyType({}), keep: Path | None = None,
+                 progress: Callable[[Iterator[np.ndarray]], Iterator[np.ndarray]] = iter) -> list[Path]:
+    """Write the video and all that belongs to it; return the paths, the video first.
+
+    The video comes first, and nothing that goes wrong with what lies beside it costs the rest.
+
+    Args:
+        spoken: what is written.
+        out: the video.
+        about: what only the caller knows and the report is to say.
+        keep: a sound that is left as it is where the name is the same, because it is what was read.
+        progress: what the pictures pass through as they are drawn.
+
+    Raises:
+        DnnvssError: the video cannot be written; or something beside it, after all else was.
+    """
+    sound, times, wav = spoken.plan.sound, spoken.plan.alignment, out.with_suffix(SOUND)
+    heard = (sound.samples, sound.rate) if sound else ()
+    write_video(out, progress(spoken.frames()), spoken.stage.clock.rate, *heard)
+    trajectory, textgrid, plot, page = beside(out)
+    steps: dict[Path, Callable[[], Any]] = {
+        trajectory: lambda: write_trajectory(trajectory, spoken), textgrid: lambda: write_alignment(textgrid, times),
+        page: lambda: files.write_json(page, json.loads(json.dumps(report(spoken, **about), default=str)))}
+    if sound and (keep is None or wav.resolve() != keep.resolve()):
+        steps[wav] = lambda: write_wav(wav, sound.samples, sound.rate)
+    steps[plot] = lambda: draw(plot, spoken)  # last: it loads matplotlib
+    failures = [error for path, step in steps.items() if (error := _tried(path, step))]
+    if failures:
+        first = failures[0]
+        remedy = f"{first.remedy or 'Try again'}; the video {out} is whole"
+        raise DnnvssError(first.problem, file=first.file, remedy=remedy) from first
+    return [out, *(path for path in (*beside(out), wav) if path in steps)]
+
+
+def _tried(path: Path, step: Callable[[], Any]) -> DnnvssError | None:
+    """What kept a file from being written, None where nothing did."""
+    try:
+        step()
+    except DnnvssError as error:
+        return error
+    except Exception as error:  # of a library that draws or encodes: the video is worth more than its kind
+        return DnnvssError(f"could not be written ({type(error).__name__}: {error})", file=path,
+                           remedy="Report it with this message")
+    return None
+
+
+def write_trajectory(path: Path, spoken: Spoken) -> Path:
+    """Write parameters, their names, points and rate as ``.npz`` and return the path."""
+    return files.write_arrays(path, parameters=spoken.trajectory.astype(np.float32), rate=float(spoken.clock.rate),
+                              columns=np.array(spoken.run.face.names), points=spoken.points.astype(np.float32))
+
+
+def draw(path: Path, spoken: Spoken) -> Path:
+    """Write a plot of the leading coefficients with the phones and return the path."""
+    from dnnvss.render.plots import plot_trajectories
+
+    x = spoken.trajectory
+    series = {f"coefficient {d + 1}": x[:, d] for d in range(min(PLOTTED, x.shape[1]))}
+    return plot_trajectories(path, series, spoken.clock.rate, spoken.plan.alignment["phones"], spoken.plan.text)
+
+
+def report(spoken: Spoken, **about: Any) -> dict[str, Any]:
+    """What the report beside a video says, in plain containers.
+
+    Args:
+        spoken: what it is about.
+        about: what only the caller knows, such as the style by its settings.
+    """
+    plan, run = spoken.plan, spoken.run
+    optional = {"pronunciation": list(plan.pronunciation), "alignment_scores": list(plan.scores),
+                "engine": plan.engine, "visemes": spoken.visemes}
+    risks = {"frames": len(spoken.movement), "rate": str(spoken.clock.rate),
+             "spans": [span.to_json() for span in spoken.risks]}
+    return {"run": str(run.folder), "text": plan.text, **{k: v for k, v in optional.items() if v},
+            "replaced_phones": dict(spoken.stand_ins), "risks": risks, **about, "model": dict(spoken.report),
+            "credit": run.voice.credit, **spoken.stage.notes}

@@ -1,0 +1,138 @@
+"""What is said, when, and the sound of it: from phone times, a voice, or text alone."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dnnvss.corpus import Utterance
+from dnnvss.errors import DnnvssError
+from dnnvss.media import SPEECH_RATE
+from dnnvss.phones import SILENCES
+from dnnvss.runs.run import Run
+from dnnvss.synthesis.request import Recording, SpeakRequest, check_alignment, from_start
+from dnnvss.timing import Alignment
+from dnnvss.visemes import TIER
+
+if TYPE_CHECKING:
+    from dnnvss.speech.durations import Expected
+    from dnnvss.text.sentence import Sentence
+
+RECORDED = "the given recording"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is said, when, and the sound of it.
+
+    Args:
+        text: the words.
+        alignment: tiers ``phones`` and ``words``, from 0; ``visemes`` where they are known.
+        sound: None where nothing is to be heard.
+        engine: whose voice it is; None where nothing is to be heard.
+        pronunciation: a row for each word, where the words were looked up for their times.
+        scores: how sure the aligner is of each word, where it was asked.
+    """
+
+    text: str
+    alignment: Alignment
+    sound: Recording | None = None
+    engine: str | None = None
+    pronunciation: tuple[Mapping[str, str], ...] = ()
+    scores: tuple[float, ...] = ()
+
+
+def make_plan(run: Run, request: SpeakRequest) -> Plan:
+    """What a request wants said.
+
+    Raises:
+        DnnvssError: nothing is given that could be said, or it cannot be used.
+    """
+    if request.alignment is not None:
+        plan = given(run, request, request.alignment)
+        return plan if request.recording else spoken(plan, request, lambda: parsed(run, request, plan.text))
+    if not request.text.strip():
+        raise DnnvssError("nothing to say: text is empty", remedy='Give text="...", or alignment=FILE')
+    sentence = parsed(run, request, request.text)
+    if request.recording:
+        return heard(run, sentence, request.recording)
+    return spoken(timed(run, request, sentence), request, lambda: sentence)
+
+
+def parsed(run: Run, request: SpeakRequest, text: str) -> "Sentence":
+    """The words of a text, as the talker of the run and the user pronounce them."""
+    from dnnvss.text.sentence import parse
+
+    return parse(text, variant=run.voice.variant, overrides=request.overrides)
+
+
+def given(run: Run, request: SpeakRequest, alignment: Alignment) -> Plan:
+    """The phone times that are given, with words; where there is no recording of them, their start becomes 0."""
+    check_alignment(alignment, request.text)
+    if "words" not in alignment:
+        from dnnvss.speech.align_words import words_over
+
+        words = [(w.spoken, w.choices(run.voice.variant)) for w in parsed(run, request, request.text).words]
+        alignment = alignment.with_tier(words_over(alignment["phones"], words))
+    text = request.text or " ".join(w for w in alignment["words"].labels if w)
+    if request.recording is None:
+        return Plan(text, from_start(alignment))
+    return Plan(text, alignment, request.recording, RECORDED)
+
+
+def heard(run: Run, sentence: "Sentence", recording: Recording) -> Plan:
+    """The times of a sentence in a recording of it."""
+    from dnnvss.speech.align import align
+
+    if recording.heard.rate != SPEECH_RATE:
+        raise DnnvssError(f"the aligner listens at {SPEECH_RATE} samples a second, not {recording.rate}",
+                          remedy="Give the sound at that rate as Recording.speech")
+    words = [(w.spoken, w.choices(run.voice.variant)) for w in sentence.words]
+    found = align(recording.heard.samples, words)
+    return Plan(sentence.text, found.alignment, recording, RECORDED, tuple(sentence.report()), tuple(found.scores))
+
+
+def timed(run: Run, request: SpeakRequest, sentence: "Sentence") -> Plan:
+    """A sentence at the times that the talker, or the run's own system, would take."""
+    expected = model_durations(run) if request.durations == "model" else None
+    alignment = run.durations.predict(sentence, rate=request.speed, total=request.total, lead_in=request.lead_in,
+                                      lead_out=request.lead_out, expected=expected)
+    return Plan(sentence.text, alignment, pronunciation=tuple(sentence.report()))
+
+
+def model_durations(run: Run) -> "Expected":
+    """What tells how long phones last by the run's own model, whatever the times of an alignment are.
+
+    Raises:
+        DnnvssError: when asked, if the model has learnt no durations.
+    """
+    def seconds(alignment: Alignment, text: str) -> np.ndarray:
+        frames = run.model.phone_durations(run.example(Utterance("synthesis", text, alignment)))
+        if frames is None:
+            raise DnnvssError(f"{run.settings.model_name} has learnt no durations", file=run.folder,
+                              remedy="Use durations=corpus, or a run of model=hsmm")
+        said = [label not in SILENCES for label in alignment["phones"].labels]
+        return frames[said] / float(run.task.clock.rate)
+
+    return seconds
+
+
+def spoken(plan: Plan, request: SpeakRequest, sentence: Callable[[], "Sentence"]) -> Plan:
+    """The plan with the sound of an engine, in its own time where it has one; itself where none is asked for.
+
+    Args:
+        plan: what is said, and when.
+        request: names the engine.
+        sentence: gives the words, which only an engine needs.
+    """
+    if request.engine == "none":
+        return plan
+    from dnnvss.speech.engines import find_engine, with_silences
+
+    engine, words = find_engine(request.engine, request.timed, request.engine_voice), sentence()
+    speech = engine.speak(words, plan.alignment)
+    if not engine.imposes:
+        speech = with_silences(speech, request.lead_in + words.pause_before, request.lead_out + words.pause_after)
+    alignment = speech.alignment.with_tier(plan.alignment[TIER]) if TIER in plan.alignment else speech.alignment
+    return replace(plan, alignment=alignment, sound=Recording(speech.samples, speech.rate), engine=engine.name)
