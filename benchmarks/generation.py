@@ -22,7 +22,8 @@ from dnnvss.evaluation.report import number
 from dnnvss.evaluation.runs import make_bench, read_run
 from dnnvss.formats.tables import aligned
 from dnnvss.runs.run import Run
-from dnnvss.style.generation import Style, Talker, generate
+from dnnvss.style.generation import Style, generate
+from dnnvss.style.talker import Talker
 from dnnvss.systems import Example, Prediction
 from dnnvss.timing import FrameClock
 

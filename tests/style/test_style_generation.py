@@ -9,8 +9,9 @@ from dnnvss import DnnvssError
 from dnnvss.curves import derivatives, mlpg
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.face.lips import mouth_gauges
-from dnnvss.style.generation import Style, Talker, generate, speech_variances, speech_weight
+from dnnvss.style.generation import Style, generate, speech_weight
 from dnnvss.style.rules import silent_frames
+from dnnvss.style.talker import Talker, speech_variances
 from dnnvss.timing import FrameClock, Tier
 
 CLOCK = FrameClock(100)
