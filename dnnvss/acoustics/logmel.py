@@ -38,7 +38,7 @@ class LogMel:
     bands: int = setting(40, least=1, most=512, doc="mel bands")
     window: float = setting(25.0, least=2, most=500, doc="milliseconds of sound that a frame looks at")
     low: float = setting(60.0, least=0, below=RATE / 2, doc="Hz at which the lowest band begins")
-    high: float = setting(7600.0, above=0, most=RATE / 2, doc="Hz at which the highest band ends")
+    high: float = setting(7000.0, above=0, most=RATE / 2, doc="Hz at which the highest band ends")
     floor: float = setting(1e-7, above=0, below=1, doc="least power; white noise of variance 1 has 1")
 
     def __post_init__(self) -> None:
