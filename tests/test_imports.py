@@ -6,9 +6,8 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-STANDING = {("dnnvss.features.block", "dnnvss.features.codes"), ("dnnvss.runs.run", "dnnvss.runs.bundle"),
-            *((f"dnnvss.{name}", "dnnvss.systems") for name in
-              ("training.fit", "systems.blend", "systems.guided", "systems.network"))}
+STANDING = {*((f"dnnvss.{name}", "dnnvss.systems") for name in
+              ("training.fit", "systems.units", "systems.examples", "systems.network"))}
 
 
 def name_of(path: Path) -> str:

@@ -43,12 +43,12 @@ def patch_frames(model: ActiveAppearanceModel, pictures: Placed, parameters: np.
     size = pictures.size
     placed = pictures.points_in_image(parameters)
     left, top, right, bottom = bounds(placed, size)
-    painter = bordered_painter(model, (bottom - top, right - left))
+    painter = bordered_painter(model.warp, model.layout.inner, (bottom - top, right - left))
     for start in range(0, len(parameters), BATCH):
         textures = model.decode(parameters[start:start + BATCH])[1] + pictures.texture_offset
         for texture, points in zip(textures, placed[start:start + BATCH], strict=True):
             picture = np.full((size[1], size[0], 3), _GROUND, dtype=np.uint8)
-            picture[top:bottom, left:right] = painter.paint(bordered(model, texture), points - (left, top))
+            picture[top:bottom, left:right] = painter.paint(bordered(model.warp, texture), points - (left, top))
             yield picture
 
 

@@ -12,12 +12,12 @@ from dnnvss import files
 from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
-from dnnvss.face.aam.drawing import draw
+from dnnvss.face.aam.drawing import draw, parted
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.aam.outliers import Limits
 from dnnvss.face.aam.parts import part_names
 from dnnvss.face.base import Gauge, name_groups
-from dnnvss.face.lips import mouth_gauges
+from dnnvss.face.lips import lip_pairs, mouth_gauges
 from dnnvss.face.point_set import Layout
 from dnnvss.face.pose import PoseReference, to_image, to_reference
 
@@ -143,7 +143,9 @@ class ActiveAppearanceModel:
 
     def picture(self, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
         """The picture, uint8 RGB (H, W_, 3), of parameters (D,): decoded texture on decoded shape, on white."""
-        return draw(self, parameters, zoom)
+        points, texture = self.decode(parameters)
+        pairs, _ = lip_pairs(self.mean_shape, self.layout.inner)
+        return draw(self.warp, self.layout.inner, parted(points, pairs), texture, zoom)
 
     def place(self, points: np.ndarray, pose: np.ndarray) -> np.ndarray:
         """Return reference points (..., P, 2) in picture pixels for poses (..., 4)."""
