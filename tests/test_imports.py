@@ -7,7 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 STANDING = {*((f"dnnvss.{name}", "dnnvss.systems") for name in
-              ("training.fit", "systems.units", "systems.examples", "systems.network"))}
+              ("training.fit", "systems.units", "systems.examples", "systems.network", "systems.registry"))}
 
 
 def name_of(path: Path) -> str:

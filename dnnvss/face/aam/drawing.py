@@ -4,13 +4,6 @@ import numpy as np
 
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.aam.painter import Painter
-<<<<<<< HEAD
-from dnnvss.face.lips import lip_pairs, parted
-
-if TYPE_CHECKING:
-    from dnnvss.face.aam.model import ActiveAppearanceModel
-=======
->>>>>>> 67ee68f (The AAM draws itself without a circle; circles of features and runs may not come back)
 
 _MARGIN = 6
 """Reference pixels of white round the texture's shape."""
@@ -34,25 +27,5 @@ def bordered(warp: Warp, texture: np.ndarray) -> np.ndarray:
 def bordered_painter(warp: Warp, inner: np.ndarray, size: tuple[int, int]) -> Painter:
     """What draws pictures of :func:`bordered` on a model's points, at a height and a width."""
     source = (warp.shape - warp.origin) * warp.scale + 1
-<<<<<<< HEAD
-    inner = np.flatnonzero(np.isin(warp.triangles, model.layout.inner).all(axis=1))
-    return Painter(warp.triangles, source, inner, size, WHITE_CORNER)
-=======
     between = np.flatnonzero(np.isin(warp.triangles, inner).all(axis=1))
     return Painter(warp.triangles, source, between, size, WHITE_CORNER)
-
-
-def parted(shapes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Shapes (..., P, 2) in which lips that would pass through each other meet half way.
-
-    Args:
-        shapes: points.
-        pairs: of the inner lips, (n, 2), see :func:`dnnvss.face.lips.lip_pairs`.
-    """
-    shapes = shapes.copy()
-    for upper, lower in pairs:
-        crossed = np.maximum(shapes[..., upper, 1] - shapes[..., lower, 1], 0) / 2
-        shapes[..., upper, 1] -= crossed
-        shapes[..., lower, 1] += crossed
-    return shapes
->>>>>>> 67ee68f (The AAM draws itself without a circle; circles of features and runs may not come back)

@@ -12,12 +12,12 @@ from dnnvss import files
 from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
-from dnnvss.face.aam.drawing import draw, parted
+from dnnvss.face.aam.drawing import draw
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.aam.outliers import Limits
 from dnnvss.face.aam.parts import part_names
 from dnnvss.face.base import Gauge, name_groups
-from dnnvss.face.lips import lip_pairs, mouth_gauges
+from dnnvss.face.lips import lip_pairs, mouth_gauges, parted
 from dnnvss.face.point_set import Layout
 from dnnvss.face.pose import PoseReference, to_image, to_reference
 
