@@ -36,14 +36,14 @@ def corpus_examples(folder: Path) -> Examples:
     from hydra import compose, initialize_config_dir
 
     from dnnvss.commands.plain import run_settings
-    from dnnvss.commands.train import encode
     from dnnvss.corpus import Corpus
+    from dnnvss.runs.fitting import encode
     from dnnvss.systems.examples import split_examples
 
     with initialize_config_dir(str(Path(__file__).parents[1] / "conf"), version_base=None):
         config = compose("train", overrides=["corpus=demo", f"corpus.out={folder}", "labels=ph"])
     settings, corpus = run_settings(config), Corpus.open(folder)
-    examples = split_examples(settings.task, corpus, encode(corpus, settings), settings.split)
+    examples = split_examples(settings.task, corpus, encode(settings, corpus), settings.split)
     return {name: [replace(e, targets=np.float32(e.targets)) for e in part] for name, part in examples.items()}
 
 

@@ -18,7 +18,7 @@ from dnnvss import files
 from dnnvss.commands.plain import run_settings
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
-from dnnvss.runs.naming import run_name
+from dnnvss.runs import naming
 from dnnvss.runs.run import Run
 
 
@@ -155,9 +155,8 @@ def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
 
 def run_folder(config: DictConfig) -> Path:
     """Return the run folder of a job's configuration, hydra's own settings left out."""
-    config = _own(config)
     settings = run_settings(config)
-    return Path(config.run or Path(config.runs) / run_name(settings, Corpus.open(settings.corpus_folder).fingerprint))
+    return naming.run_folder(settings, Corpus.open(settings.corpus_folder).fingerprint)
 
 
 def _own(config: DictConfig) -> DictConfig:

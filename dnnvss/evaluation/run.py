@@ -1,6 +1,7 @@
 """The test split: tables, figures and videos of the model beside the null models, plain and in the run's style."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,13 @@ from dnnvss.face.base import Face
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.fitting import Material
 from dnnvss.style import Style
-from dnnvss.style.generator import PLAIN, Generator
+from dnnvss.style.generator import PLAIN, Generator, make_style
 from dnnvss.systems import Example
 from dnnvss.systems.examples import Task, speech_frames, word_frames
 from dnnvss.systems.registry import null_systems
-from dnnvss.systems.units import SOURCES
+from dnnvss.systems.units import SOURCES, unit_notes
 
 LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_aperture", "gv_ratio", "silence",
               "landmarks", "lag")
@@ -32,14 +34,48 @@ LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_
 Trajectories = dict[str, np.ndarray]
 
 
+@dataclass(frozen=True)
+class Evaluation:
+    """What the test split says about a run.
+
+    Args:
+        report: the table of the model and the null models; the row ``model`` is plain MLPG, styles have their own.
+        numbers: all of it as plain containers.
+        text: the tables, to be printed.
+    """
+
+    report: Report
+    numbers: dict[str, Any]
+    text: str
+
+    @property
+    def headline(self) -> float:
+        """The correlation over speech."""
+        return self.report.headline("model")
+
+    def finish(self, folder: Path) -> Path:
+        """Write the numbers, which makes the run in a folder a finished one, and return their path."""
+        return files.write_json(RunFiles(folder).metrics, {"headline": self.headline, **self.numbers})
+
+
+def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> Evaluation:
+    """The evaluation of a run that was fitted, in plain MLPG and in its own style; writes all but its numbers."""
+    settings, face = material.settings, material.encoded.face
+    notes: list[str] = []
+    if material.plan and material.units:
+        notes, scores = unit_notes(material.units, material.plan, material.examples["test"])
+        files.write_json(RunFiles(folder).unit_scores, scores)
+    style = make_style(settings.style, face)
+    styles = {} if style.plain else {settings.style_name: style}
+    return evaluate_run(folder, material.corpus, generator, material.examples, face, styles, notes,
+                        material.other_tests())
+
+
 def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
                  face: Face, styles: Mapping[str, Style],
                  notes: Sequence[str] = (),
-                 others: Mapping[str, list[Example]] | None = None) -> tuple[Report, dict[str, Any]]:
-    """Return the table of the model and the null models on the test split, and all numbers as plain containers.
-
-    Writes predictions, tables and figures into the run folder. The row ``model`` is plain MLPG; every other style has
-    a row of its own.
+                 others: Mapping[str, list[Example]] | None = None) -> Evaluation:
+    """The evaluation of a model beside the null models; predictions, tables and figures go into the run folder.
 
     Args:
         folder: of the run.
@@ -69,18 +105,17 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"])
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
-    print(f"\n{title}\n\n{report.table()}")
     lively = compare(make_bench(task, test, face), {n: p for n, p in predicted.items() if n != "training mean"},
                      measures=tuple(m for m in MEASURES if m.name in LIVELINESS))
     head, rows = _lively_rows(lively)
-    print(f"\n{aligned(head, rows)}")
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
+    line, unseen = _unseen_words(folder, task, examples, predicted, references, masks)
     pages = [title, *notes[1:], report.markdown(), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
-             about, *_unseen_words(folder, task, examples, predicted, references, masks), corpus.info.credit]
+             about, *unseen, corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()})
     numbers = {**report.to_json(), "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
-    return report, numbers
+    return Evaluation(report, numbers, "\n\n".join([title, report.table(), aligned(head, rows), *line]))
 
 
 def make_bench(task: Task, test: list[Example], face: Face) -> Bench:
@@ -111,20 +146,20 @@ def _plain(lively: Comparison) -> dict[str, dict[str, float | None]]:
 
 def _unseen_words(folder: Path, task: Task, examples: Mapping[str, list[Example]],
                   predicted: Mapping[str, Trajectories], references: Trajectories,
-                  masks: Mapping[str, Trajectories]) -> list[str]:
-    """Return the part of the page on words that no training sentence holds; empty where there are none."""
+                  masks: Mapping[str, Trajectories]) -> tuple[list[str], list[str]]:
+    """What is printed, and the part of the page, on words that no training sentence holds; empty without any."""
     known = {w for e in examples["train"] for w in e.alignment["words"].labels}
     unseen = {e.id: frames for e in examples["test"]
               if (frames := word_frames(e.alignment, task.clock, known)).sum() > 1}
     if not unseen:
-        return []
+        return [], []
     chosen = {name: {i: p[i] for i in unseen} for name, p in predicted.items()}
     inside = evaluate(chosen, {i: references[i] for i in unseen}, speech=unseen,
                       valid={i: masks["valid"][i] for i in unseen})
     title = f"Inside words that never occur in training ({len(unseen)} sentences)"
     files.write_json(RunFiles(folder).unseen_words, inside.to_json())
-    print(f"\n{title}: correlation " + ", ".join(f"{n} {inside.headline(n):.3f}" for n in chosen))
-    return [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]
+    line = f"{title}: correlation " + ", ".join(f"{n} {inside.headline(n):.3f}" for n in chosen)
+    return [line], [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]
 
 
 def _calibration(folder: Path, generator: Generator, test: list[Example]) -> dict[str, Any]:

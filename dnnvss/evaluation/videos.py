@@ -41,18 +41,18 @@ def say(run: Run, corpus: Corpus, utterance: Utterance, style: Style) -> Spoken:
                                    scene=Scene(rate=utterance.clock), id=utterance.id))
 
 
-def write_samples(run: Run, corpus: Corpus, first: str, ids: Sequence[str]) -> list[Path]:
+def write_samples(run: Run, corpus: Corpus, first: str, report: Report) -> list[Path]:
     """Write what a run is looked at by: a sentence in its style, and others beside their recordings.
 
     Args:
         run: the run.
         corpus: that it was trained on.
         first: the id of the sentence that is written with everything beside it.
-        ids: of those that are shown beside their recordings.
+        report: of the evaluation; its worst, middle and best sentence are shown beside their recordings.
     """
     spoken = say(run, corpus, corpus.utterances[first], make_style(run.settings.style, run.face))
     write_spoken(spoken, run.files.sample, {"utterance": first})
-    return [run.files.sample, *write_side_by_side(run, corpus, ids)]
+    return [run.files.sample, *write_side_by_side(run, corpus, worst_middle_best(report))]
 
 
 def write_side_by_side(run: Run, corpus: Corpus, ids: Sequence[str]) -> list[Path]:

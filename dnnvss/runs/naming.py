@@ -29,6 +29,11 @@ def run_name(settings: RunSettings, fingerprint: str) -> str:
     return "-".join(p for p in parts if p)
 
 
+def run_folder(settings: RunSettings, fingerprint: str) -> Path:
+    """The folder of a run: the one that is named, else one among all runs by what changes results."""
+    return Path(settings.run or Path(settings.runs) / run_name(settings, fingerprint))
+
+
 def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
     """The settings that change results, with the fingerprint of the corpus.
 

@@ -49,17 +49,12 @@ def functionals(face: Face) -> dict[str, Gauge]:
 
 def learn_talker(task: Task, model: VisualModel, examples: Mapping[str, list[Example]],
                  face: Face) -> Talker:
-    """Return what the training utterances show of the talker, and how much less the model moves on the validation ones.
-
-    Prints what the recordings lack, because the style then leaves it out.
-    """
+    """What the training utterances show of the talker, and how much less the model moves on the validation ones."""
     def measured(split: str) -> tuple[list[np.ndarray], list[Tier]]:
         known = [(e.targets[:, 0], e.alignment["phones"]) for e in examples[split] if e.targets is not None]
         return [x for x, _ in known], [tier for _, tier in known]
 
     talker = Talker.of(*measured("train"), task.clock, face)
-    for setting, reason in talker.unknown.items():
-        print(f"{reason}: style.{setting} will have no effect")
     generator = Generator(task, model, talker)
     return talker.knowing([generator(e, PLAIN) for e in examples["val"]], *measured("val"), task.clock)
 

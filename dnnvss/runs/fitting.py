@@ -1,0 +1,149 @@
+"""A run is made in steps: begun, the face encoded, examples gathered, the system fitted and kept."""
+
+import shutil
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import joblib
+
+from dnnvss import files
+from dnnvss.corpus import Corpus
+from dnnvss.curves import mlpg
+from dnnvss.errors import DnnvssError
+from dnnvss.face.encoding import FACE, EncodedCorpus, encode_corpus
+from dnnvss.render.pictures import keep_ground
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.naming import check_begun, delete_run
+from dnnvss.runs.run import Run, make_model, provenance
+from dnnvss.runs.settings import RunSettings
+from dnnvss.runs.voice import Voice
+from dnnvss.speech.durations import DurationModel
+from dnnvss.style.generator import Generator, learn_talker
+from dnnvss.systems import Example, NetworkModel, VisualModel
+from dnnvss.systems.examples import SPLITS, make_examples, split_examples
+from dnnvss.systems.units import CorpusUnits, UnitPlan, corpus_units
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a run is fitted on.
+
+    Args:
+        settings: of the run.
+        corpus: prepared.
+        encoded: its recordings as parameters of a face.
+        examples: of each split.
+        plan: how dynamic visemes are learnt and used, None where the labels have none.
+        units: those that were learnt, likewise.
+    """
+
+    settings: RunSettings
+    corpus: Corpus
+    encoded: EncodedCorpus
+    examples: dict[str, list[Example]]
+    plan: UnitPlan | None = None
+    units: CorpusUnits | None = None
+
+    def other_tests(self) -> dict[str, list[Example]]:
+        """The test examples with dynamic visemes from the source that the run does not use, by its name."""
+        if self.plan is None or self.units is None:
+            return {}
+        source, tiers = self.units.other_source(self.plan)
+        test = self.corpus.split("test", self.settings.split)
+        return {source: list(make_examples(self.settings.task, self.corpus, test, self.encoded, tiers))}
+
+
+def begin(folder: Path, settings: RunSettings, corpus: Corpus, first: bool = True) -> bool:
+    """Take a folder for a run, or go on with it; return whether the run in it is finished already.
+
+    Args:
+        folder: of the run; with ``overwrite`` an older run there is deleted.
+        settings: of the run.
+        corpus: that it is trained on.
+        first: of the processes that share the fit, the one that deletes and writes.
+
+    Raises:
+        DnnvssError: the folder holds another run, or something that is no run and is not deleted.
+    """
+    places = RunFiles(folder)
+    if not settings.overwrite:
+        check_begun(folder, settings, corpus.fingerprint)
+        if places.finished:
+            return True
+    elif first:
+        delete_run(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    if first:
+        settings.write(folder)
+        files.write_json(places.provenance, provenance(settings, corpus.fingerprint))
+    return False
+
+
+def new_model(settings: RunSettings) -> VisualModel:
+    """The untrained system of a run.
+
+    Raises:
+        DnnvssError: a setting that the system refuses.
+    """
+    model = make_model(settings, settings.task)
+    if settings.trainer["refine"] and not isinstance(model, NetworkModel):
+        raise DnnvssError(f"trainer.refine does not work with model={settings.model_name}",
+                          remedy="Use model=feedforward or model=gaussian, or trainer.refine=0")
+    return model
+
+
+def encode(settings: RunSettings, corpus: Corpus) -> EncodedCorpus:
+    """The corpus as parameters of a face, which is fitted on the training split alone and kept for later runs."""
+    ids = {name: [u.id for u in corpus.split(name, settings.split)] for name in SPLITS}
+    with joblib.parallel_config(backend="loky", n_jobs=settings.jobs):
+        return encode_corpus(corpus, ids, settings.face_settings, corpus.root / "face")
+
+
+def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratch: Path | None = None) -> Material:
+    """The examples of a run, with dynamic visemes where its labels have some.
+
+    Args:
+        settings: of the run.
+        corpus, encoded: utterances and their parameters.
+        scratch: folder from which targets are mapped, so that many hours do not fill the memory; in memory if None.
+
+    Raises:
+        DnnvssError: a split with nothing to learn from.
+    """
+    task = settings.task
+    if "visemes" not in task.table.sources:
+        return Material(settings, corpus, encoded, split_examples(task, corpus, encoded, settings.split, None, scratch))
+    plan = UnitPlan.from_config(settings.visemes)
+    units = corpus_units(corpus, encoded, settings.split, task.clock, plan)
+    tiers = units.tiers(plan, encoded.splits["train"])
+    examples = split_examples(task, corpus, encoded, settings.split, tiers, scratch)
+    return Material(settings, corpus, encoded, examples, plan, units)
+
+
+def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
+    """Keep a fitted system with all that synthesis needs beside it; return what generates its trajectories.
+
+    A network is refined first, where the settings ask for it.
+    """
+    settings, examples, places = material.settings, material.examples, RunFiles(folder)
+    if settings.trainer["refine"] and isinstance(model, NetworkModel):
+        model.refine(examples["train"], examples["val"], partial(mlpg, windows=settings.task.windows))
+    Run.save(folder, settings.task, model)
+    if material.units:
+        material.units.model.save(places.units)
+    _keep_talker(material, places)
+    talker = learn_talker(settings.task, model, examples, material.encoded.face)
+    talker.save(places.talker)
+    return Generator(settings.task, model, talker)
+
+
+def _keep_talker(material: Material, places: RunFiles) -> None:
+    """Write the face and its picture, durations and the talker's phones."""
+    corpus, encoded = material.corpus, material.encoded
+    train = [u for u in corpus.split("train", material.settings.split) if u.id not in encoded.dropped]
+    with files.replacing(places.face) as temporary:
+        shutil.copyfile(encoded.folder / FACE, temporary)
+    keep_ground(corpus, encoded, places.picture)
+    DurationModel.fit(train).save(places.durations)
+    Voice.of(train, corpus.info).save(places.voice)
