@@ -102,8 +102,8 @@ class CompareRuns(Notes):
         self.name, self.video, self.sizes = name, video, sizes
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
-        """Note a job that ended well, and what it was given."""
-        if _ended_well(job_return):
+        """Note a job of a multirun that ended well, and what it was given."""
+        if self.notes != Path() and _ended_well(job_return):
             self.note(config, job_return)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:

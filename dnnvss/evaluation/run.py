@@ -16,6 +16,7 @@ from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.face.base import Face
+from dnnvss.face.kinds import face_kind
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
@@ -110,8 +111,8 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     head, rows = _lively_rows(lively)
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
     line, unseen = _unseen_words(folder, task, examples, predicted, references, masks)
-    pages = [title, *notes[1:], report.markdown(), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
-             about, *unseen, corpus.info.credit]
+    pages = [title, *notes[1:], *filter(None, [face_kind(face.kind).lacks]), report.markdown(),
+             "## Lips, liveliness and stillness", markdown_numbers(head, rows), about, *unseen, corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()})
     numbers = {**report.to_json(), "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}

@@ -51,6 +51,7 @@ class FaceKind:
             could express everything.
         load, load_code: from the files that ``Face.save`` and ``Code.save`` wrote.
         pictures: whether clips need pictures.
+        lacks: what faces of this kind cannot show, a sentence for reports; empty where there is nothing to say.
     """
 
     name: str
@@ -64,6 +65,7 @@ class FaceKind:
     load: Callable[[Path], Face]
     load_code: Callable[[Path], Code]
     pictures: bool = True
+    lacks: str = ""
 
 
 def face_kind(name: str) -> FaceKind:

@@ -10,6 +10,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.face.kinds import face_kind
 from dnnvss.formats import write_alignment
 from dnnvss.media import write_video, write_wav
 from dnnvss.synthesis.speak import Spoken
@@ -93,10 +94,11 @@ def report(spoken: Spoken, **about: Any) -> dict[str, Any]:
         about: what only the caller knows, such as the style by its settings.
     """
     plan, run = spoken.plan, spoken.run
+    lacks = face_kind(run.face.kind).lacks
     optional = {"pronunciation": list(plan.pronunciation), "alignment_scores": list(plan.scores),
                 "engine": plan.engine, "visemes": spoken.visemes}
     risks = {"frames": len(spoken.movement), "rate": str(spoken.clock.rate),
              "spans": [span.to_json() for span in spoken.risks]}
     return {"run": str(run.folder), "text": plan.text, **{k: v for k, v in optional.items() if v},
             "replaced_phones": dict(spoken.stand_ins), "risks": risks, **about, "model": dict(spoken.report),
-            "credit": run.voice.credit, **spoken.stage.notes}
+            "credit": run.voice.credit, **({"face": lacks} if lacks else {}), **spoken.stage.notes}
