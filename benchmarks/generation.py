@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss.curves import GlobalVariance, Stream, Windows, mlpg, smoothing_spline, with_global_variance
+from dnnvss.evaluation.bench import Bench
 from dnnvss.evaluation.comparison import Comparison, compare
-from dnnvss.evaluation.measures import Bench
 from dnnvss.evaluation.metrics import global_variance_ratio
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.runs import make_bench, read_run

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dnnvss.evaluation.measures import Bench, Sentence
+from dnnvss.evaluation.bench import Bench, Sentence
 
 SHIFTS = (0.04, 0.08)
 """Seconds."""

@@ -1,14 +1,15 @@
 """All systems on all metrics: values with intervals, paired tests, phone classes; as text, Markdown and JSON."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.anchors import anchors
-from dnnvss.evaluation.measures import MEASURES, POINTS, Bench, Measure, Sentence, frame_errors, in_unit
+from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
+from dnnvss.evaluation.measures import MEASURES, frame_errors
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import Difference, Estimate, difference, estimate, holm, pooled
 from dnnvss.face.base import APERTURE
@@ -42,6 +43,7 @@ class Comparison:
         first: number of leading coefficients in averages.
         seed: of intervals and tests.
         unit: of the face.
+        lacking: title of a metric that was left out to what the face lacks for it.
     """
 
     pairs: dict[str, dict[str, np.ndarray]]
@@ -52,6 +54,7 @@ class Comparison:
     first: int
     seed: int = 0
     unit: str = "px"
+    lacking: Mapping[str, str] = field(default_factory=dict)
 
     def estimate(self, system: str, metric: str) -> Estimate:
         """Return a system's value and 95 % interval."""
@@ -68,10 +71,17 @@ class Comparison:
         corrected = holm([d.p for _, _, d in found])
         return [(a, b, d, p) for (a, b, d), p in zip(found, corrected, strict=True)]
 
+    @property
+    def gaps(self) -> list[str]:
+        """A paragraph about what was left out because the face lacks something; none where nothing was."""
+        missing = ", ".join(f"{title} ({what})" for title, what in self.lacking.items())
+        return [f"Left out, with what this kind of face lacks for it in brackets: {missing}."] if missing else []
+
     def markdown(self) -> str:
         """Return the report in Markdown: values, tests, phone classes, definitions."""
         parts = [f"{len(self.sentences)} sentences; averages run over the first {self.first} coefficients. In brackets "
                  "the 95 % bootstrap interval over sentences."]
+        parts += self.gaps
         for block in _split(self.measures, 5):
             rows = [[s, *[_interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
             parts.append(markdown_numbers(["system", *[m.title for m in block]], rows))
@@ -150,14 +160,14 @@ def compare(
         raise DnnvssError("there is nothing to compare", remedy="Give one run and one test sentence at least")
     checked = {name: {s.id: _checked(name, own, s) for s in bench.sentences} for name, own in systems.items()}
     extra = {name: p for name, p in anchors(bench, seed).items() if name not in checked} if with_anchors else {}
-    measures = bench.measured(measures)
+    lacking, measures = bench.lacks(measures), bench.measured(measures)
     pairs, classes = {}, {}
     for name, predicted in {**checked, **extra}.items():
         rows = {m.name: [m.pair(bench, s, predicted[s.id]) for s in bench.sentences] for m in measures}
         pairs[name] = {metric: np.array(values, dtype=float) for metric, values in rows.items()}
         classes[name] = _by_class(bench, predicted)
     return Comparison(pairs, classes, tuple(s.id for s in bench.sentences), tuple(checked), measures, bench.first, seed,
-                      bench.unit)
+                      bench.unit, lacking)
 
 
 def _checked(name: str, predicted: Predictions, s: Sentence) -> np.ndarray:

@@ -13,8 +13,8 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.curves import resample
+from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions
-from dnnvss.evaluation.measures import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import Estimate, pooled
 from dnnvss.face.base import APERTURE, Face

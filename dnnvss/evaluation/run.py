@@ -10,9 +10,10 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.evaluation import Report, evaluate
+from dnnvss.evaluation.bench import Bench, Sentence
 from dnnvss.evaluation.calibration import calibration, plot_calibration
 from dnnvss.evaluation.comparison import Comparison, compare
-from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
+from dnnvss.evaluation.measures import MEASURES
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.face.base import Face
@@ -112,7 +113,8 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
     line, unseen = _unseen_words(folder, task, examples, predicted, references, masks)
     pages = [title, *notes[1:], *filter(None, [face_kind(face.kind).lacks]), report.markdown(),
-             "## Lips, liveliness and stillness", markdown_numbers(head, rows), about, *unseen, corpus.info.credit]
+             "## Lips, liveliness and stillness", markdown_numbers(head, rows), *lively.gaps, about, *unseen,
+             corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()})
     numbers = {**report.to_json(), "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}

@@ -9,7 +9,7 @@ from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.measures import Bench, Sentence
+from dnnvss.evaluation.bench import Bench, Sentence
 from dnnvss.face.encoding import find_encoding
 from dnnvss.face.kinds import load_face
 from dnnvss.runs.files import RunFiles

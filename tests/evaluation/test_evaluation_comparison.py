@@ -11,8 +11,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from dnnvss import DnnvssError
 from dnnvss.evaluation.anchors import anchors, delayed
+from dnnvss.evaluation.bench import Bench, Sentence
 from dnnvss.evaluation.comparison import CLASSES, compare, phone_class
-from dnnvss.evaluation.measures import MEASURES, Bench, Sentence
+from dnnvss.evaluation.measures import MEASURES
 from dnnvss.evaluation.page import write_page
 from dnnvss.face.base import APERTURE, LOWER_LIP, WIDTH, Face, Gauge
 from dnnvss.phones import PHONES
@@ -133,6 +134,8 @@ def test_a_face_is_measured_by_what_it_has_and_in_its_unit():
     result = compare(bench(2, lips), {"x": system(b, 0.5)})
     left = {m.name for m in whole.measures} - {m.name for m in result.measures}
     assert left == {"contact_recall", "contact_place"}
+    assert set(result.lacking.values()) == {"lower_lip"} and "f v contact recall (lower_lip)" in result.markdown()
+    assert not whole.lacking and set(bare.lacking.values()) == {"aperture", "lower_lip", "points", "points, width"}
     assert result.estimate("x", "lag").value == whole.estimate("x", "lag").value
     assert "landmarks (mm)" in result.markdown() and "in mm of the reference frame" in result.markdown()
     assert "UNIT" not in result.markdown() + whole.markdown() + json.dumps(whole.to_json())
