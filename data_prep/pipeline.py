@@ -232,6 +232,8 @@ def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[st
     for name, c in counted.items():
         if c["points"] != usual[0][0]:
             run.drop(name, f"has {c['points']} landmarks a frame, most of the corpus has {usual[0][0]}")
+    if usual:
+        _check_groups(run.recipe.info.landmark_groups, usual[0][0])
     names = [s.id for s in run.alive()]
     limits = run.recipe.limits
     clips = {n: run.shop.arrays("media", n)["thumbnails"] for n in names if made[n]["video"]}
@@ -260,6 +262,14 @@ def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[st
     for name, distance in (checkup.off_colour(clips, limits) if clips else {}).items():
         run.outcomes[name].notes.append(f"off colour throughout ({distance:.0f} robust sd from the corpus)")
     return {n: broken[n] | outside[n] | ghosts[n] for n in names}
+
+
+def _check_groups(groups: Mapping[str, tuple[int, int]], points: int) -> None:
+    """Refuse groups of landmarks that go beyond the points of a frame."""
+    for name, (first, end) in groups.items():
+        if end > points:
+            raise DnnvssError(f"the group of landmarks {name} runs from {first} to {end}, and a frame has {points}",
+                              remedy="Describe the groups in landmarks.json as the landmarks have them")
 
 
 def _ranges(mask: np.ndarray) -> str:

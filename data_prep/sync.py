@@ -8,6 +8,7 @@ models play no part in it.
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,7 @@ def find_sync(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tupl
     shapes = [(n, hashlib.sha256(p.tobytes()).hexdigest(), v.tolist()) for n, (p, v) in sorted(seen.items())]
     key = fingerprint(_VERSION, [(n, shop.out / s) for n, s in sorted(sounds.items())], shapes, groups, rate)
     path = shop.out / FOLDER / "sync" / f"{key}.json"
-    if path.is_file():
+    with suppress(DnnvssError, TypeError):  # absent or damaged: it is measured anew
         return Sync(**files.read_json(path))
     clips = read_clips(shop, sounds, seen, groups, rate)
     halves = lags(clips, crossfitted(clips))
@@ -173,6 +174,8 @@ def _at(values: np.ndarray, rate: float) -> Callable[[np.ndarray], np.ndarray]:
 def _spoken(sound: np.ndarray) -> np.ndarray:
     loud = sound[::_EVERY, 0]
     at = np.flatnonzero(loud > np.percentile(loud, 60))
+    if not len(at):
+        return np.ones(len(loud), bool)
     mask = np.zeros(len(loud), bool)
     mask[max(0, at[0] - 20) : at[-1] + 20] = True
     return mask

@@ -23,7 +23,7 @@ SPLITS = ("train", "val", "test")
 def split_files(folder: Path) -> dict[str, list[str]]:
     """Return the ids in each ``*.txt`` of a folder by the name of the file; nothing if there is no folder.
 
-    A file has one id a line; ids may hold spaces, blank lines do not count.
+    A file has one id a line; ids may hold spaces, blank lines do not count, nor does an id that was there before.
 
     Raises:
         DnnvssError: a file cannot be read.
@@ -32,7 +32,8 @@ def split_files(folder: Path) -> dict[str, list[str]]:
     remedy = "Give one id a line"
 
     def ids(path: Path) -> list[str]:
-        return [name for line in files.read_text(path, remedy).splitlines() if (name := line.strip())]
+        lines = (line.strip() for line in files.read_text(path, remedy).splitlines())
+        return list(dict.fromkeys(filter(None, lines)))
 
     return {p.stem: ids(p)
             for p in sorted(folder.glob("*.txt")) if not p.name.startswith(".")}

@@ -154,6 +154,10 @@ def read_marks(path: str | Path) -> Marks:
                      None if size is None else (int(size[0]), int(size[1])))
 
     found = files.read(path, marks, _MARKS)
+    for name, (first, end) in found.groups.items():
+        if not 0 <= first < end:
+            raise DnnvssError(f"the group {name} runs from {first} to {end}", file=path,
+                              remedy="Give the first of its points, counted from 0, and the one after its last")
     if not 0 < found.scale < np.inf:
         raise DnnvssError(f"scale is {found.scale}", file=path,
                           remedy="Give what the points are divided by, 1 for pixels")

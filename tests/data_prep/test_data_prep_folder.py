@@ -313,3 +313,30 @@ def test_files_that_systems_hide_and_folders_are_no_recordings(raw: Path, tmp_pa
     corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1, strict=True))
     assert sorted(corpus.utterances) == [f"demo_00{i}" for i in range(5)]
     assert corpus.utterances["demo_002"].text == said
+
+
+@pytest.mark.parametrize("group, said", [
+    ([0, 4000], r"runs from 0 to 4000, and a frame has \d+"), ([4, 4], "runs from 4 to 4"), ([-4, 4], "runs from -4"),
+    ([9, 4], "runs from 9 to 4")])
+def test_groups_beyond_the_landmarks_are_refused_at_once(
+    raw: Path, tmp_path: Path, group: list[int], said: str
+) -> None:
+    files.write_json(raw / "landmarks.json", {"groups": {"lips_outer": group}})
+    with pytest.raises(DnnvssError, match=f"lips_outer {said}"):
+        prepare_folder(raw, tmp_path / "out", jobs=1)
+
+
+def test_landmarks_in_one_place_are_no_face(raw: Path, tmp_path: Path) -> None:
+    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays["points"][4:7] = 0.0
+    files.write_arrays(raw / "demo_001.npz", **arrays)
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    points, valid = corpus.landmarks(corpus.utterances["demo_001"])
+    assert not valid[4:7].any() and (np.ptp(points, axis=1) > 1).all()
+    assert "landmarks not found in" in (tmp_path / "out" / "report.md").read_text()
+
+
+def test_an_id_counts_once_in_a_split(raw: Path, tmp_path: Path) -> None:
+    files.write_text(raw / "splits" / "test.txt", "demo_001\ndemo_002\ndemo_001\n")
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    assert [u.id for u in corpus.split("test")] == ["demo_001", "demo_002"]

@@ -1,6 +1,7 @@
 """Labels by hand: schemes, guesses, the folder of labels, other tools' files, and what looks wrong."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from face.aam_cases import SIZE, face, picture
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.labelling import export
 from dnnvss.face.aam.labelling.doubts import doubts
 from dnnvss.face.aam.labelling.guess import moving_mouth, place
 from dnnvss.face.aam.labelling.imports import import_into
@@ -161,6 +163,63 @@ def test_files_that_do_not_fit_are_refused_and_nothing_is_written(tmp_path: Path
     with pytest.raises(DnnvssError, match=message):
         import_into(Sheet.open(tmp_path), tmp_path / "tool.json")
     assert read_pts(tmp_path / "a_1.pts") == pytest.approx(POINTS + 1) and not Sheet.open(tmp_path).done
+
+
+@pytest.mark.parametrize("value", [
+    {"shapes": 3, "imagePath": "a_1.png"}, {"shapes": ["x"], "imagePath": "a_1.png"},
+    labelme([("lips", [[1, 2, 3]] * 4)]), labelme([("lips", [["a", "b"]])]), labelme([("jaw_\u00b2", [[1, 2]])]),
+    {"images": [{}], "annotations": []}, {"images": [], "annotations": 3},
+    {"images": [{"id": 7, "file_name": "a_1.png"}], "annotations": [{"image_id": 7, "keypoints": [1, 2]}]},
+    {"images": [{"id": 7, "file_name": "a_1.png"}], "annotations": [{"image_id": 7, "keypoints": "abc"}]},
+    {"a": {"regions": [{}]}}, {"a": {"regions": [{"shape_attributes": {"name": "point"}}], "filename": "a_1.png"}},
+    {"a": {"regions": [{"shape_attributes": {"name": "polygon", "all_points_x": [1], "all_points_y": [1, 2]}}],
+           "filename": "a_1.png"}}])
+def test_files_that_are_damaged_are_refused_in_one_line(tmp_path: Path, value: dict) -> None:
+    sheet(tmp_path)
+    (tmp_path / "tool.json").write_text(json.dumps(value))
+    with pytest.raises(DnnvssError, match=r"tool\.json: .*\. (Export|Name points|Label every)"):
+        import_into(Sheet.open(tmp_path), tmp_path / "tool.json")
+    assert not Sheet.open(tmp_path).done
+
+
+def test_a_picture_that_is_labelled_twice_is_refused(tmp_path: Path) -> None:
+    sheet(tmp_path)
+    for name in ("one.json", "two.json"):
+        files.write_json(tmp_path / "tool" / name, labelme(SINGLE))
+    with pytest.raises(DnnvssError, match=r"two\.json: picture a_1\.png is labelled twice"):
+        import_into(Sheet.open(tmp_path), tmp_path / "tool")
+    one = next(iter(via(MOVED)["_via_img_metadata"].values()))
+    files.write_json(tmp_path / "via.json", {"a": one, "b": one})
+    with pytest.raises(DnnvssError, match=r"via\.json: picture a_1\.png is labelled twice"):
+        import_into(Sheet.open(tmp_path), tmp_path / "via.json")
+
+
+@pytest.mark.parametrize("name", ["../a_0.png", "/etc/passwd", "deep/../../a.png", "..\\a.png", ""])
+@pytest.mark.parametrize("field", ["image", "points"])
+def test_labels_name_files_of_their_folder_alone(tmp_path: Path, name: str, field: str) -> None:
+    sheet(tmp_path)
+    value = files.read_json(tmp_path / "labels.json")
+    value["labels"][0][field] = name
+    files.write_json(tmp_path / "labels.json", value)
+    with pytest.raises(DnnvssError, match=r"labels\.json: names .* which is no file of its folder"):
+        Sheet.open(tmp_path)
+
+
+def test_a_long_video_is_not_held_as_a_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[int] = []
+
+    def frames(video: Path) -> Iterator[np.ndarray]:
+        for number in range(100):
+            read.append(number)
+            yield np.full((4, 6, 3), number, np.uint8)
+
+    looked: list[int] = []
+    monkeypatch.setattr(export, "video_frames", frames)
+    monkeypatch.setattr(export, "moving_mouth", lambda grey: looked.append(len(grey)) or (1.0, 2.0))
+    monkeypatch.setattr(export, "_LOOKED_AT", 10 * 4 * 6 * 3)
+    images, mouth = export._seen(tmp_path / "a.mp4", {3, 50})
+    assert {n: int(image[0, 0, 0]) for n, image in images.items()} == {3: 3, 50: 50} and mouth == (1.0, 2.0)
+    assert looked == [10] and max(read) < 52
 
 
 def test_labels_that_look_wrong_are_found(tmp_path: Path) -> None:

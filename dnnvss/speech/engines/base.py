@@ -79,7 +79,8 @@ def run(command: Sequence[str], engine: str, text: str = "") -> str:
         DnnvssError: it is missing, fails, or takes longer than :data:`TIMEOUT` seconds.
     """
     try:
-        done = subprocess.run(command, input=text, capture_output=True, text=True, encoding="utf-8", timeout=TIMEOUT,
+        done = subprocess.run(command, input=text, capture_output=True, text=True, encoding="utf-8",
+                              errors="replace", timeout=TIMEOUT,
                               check=False)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise DnnvssError(f"the speech engine {engine} did not run: {error}",

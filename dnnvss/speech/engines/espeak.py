@@ -67,11 +67,15 @@ class EspeakEngine:
             request = json.dumps({"text": mnemonics(sentence), "voice": self.voice, "wav": str(wav)})
             printed = run([sys.executable, str(_WORKER)], self.name, request)
             samples, rate = read_wav(wav, self.name)
-        events = json.loads(printed)
+        try:
+            events = [(str(name), int(at)) for name, at in json.loads(printed)]
+        except (TypeError, ValueError) as error:
+            raise DnnvssError(f"the speech engine espeak said {printed.strip()[:60]!r} of its phonemes",
+                              remedy="Choose another engine, e.g. speech.engine=formant") from error
         edges = [at / rate for _, at in events] + [len(samples) / rate]
         heard = [Segment(a, b, heard_as(name)) for (name, _), a, b in zip(events, edges[:-1], edges[1:], strict=True)
                  if b > a]
-        if heard[0].start > 0:
+        if heard and heard[0].start > 0:
             heard.insert(0, Segment(0.0, heard[0].start, SILENCE))
         timed = matched(sentence, with_closures(heard, samples, rate), self.name)
         return Speech(fitted(samples, rate, timed), rate, timed)

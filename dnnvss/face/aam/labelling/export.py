@@ -1,7 +1,7 @@
 """Choosing the frames to label, and their starting guesses."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from pathlib import Path, PurePath
 
@@ -13,9 +13,12 @@ from dnnvss.face.aam.labelling.schemes import Scheme
 from dnnvss.face.aam.labelling.sheet import NAME, Label, Sheet, new_sheet
 from dnnvss.face.aam.search.choose import Choice, choose_frames
 from dnnvss.formats.landmarks import write_pts
-from dnnvss.media import read_video
+from dnnvss.media import video_frames
 from dnnvss.media.folders import find_videos
 from dnnvss.media.pictures import write_picture
+
+_LOOKED_AT = 2**28
+"""Bytes of a video's pictures, from its start, in which a moving mouth is looked for."""
 
 
 def export(folder: Path, count: int, out: Path, scheme: Scheme, seed: int = 0) -> tuple[Sheet, dict[str, int]]:
@@ -56,14 +59,28 @@ def _add(sheet: Sheet, video: Path, chosen: Sequence[Choice], scheme: Scheme, ro
            if frame not in known]
     if not new:
         return sheet
-    images, detector = read_video(video), find_detector()
-    mouth = moving_mouth(images.mean(axis=-1).astype(np.uint8))
+    images, mouth = _seen(video, {label.frame for label in new})
+    detector = find_detector()
     for label in new:
         guess = place(scheme, images[label.frame], mouth, detector)
         placed[guess.how] = placed.get(guess.how, 0) + 1
         write_picture(sheet.folder / label.image, images[label.frame])
         write_pts(sheet.folder / label.points, guess.points)
     return replace(sheet, labels=tuple(sorted([*sheet.labels, *new], key=lambda each: each.image)))
+
+
+def _seen(video: Path, wanted: Set[int]) -> tuple[dict[int, np.ndarray], tuple[float, float] | None]:
+    """The wanted frames of a video by number, and where its mouth moves; the others are not held."""
+    images: dict[int, np.ndarray] = {}
+    grey: list[np.ndarray] = []
+    for number, frame in enumerate(video_frames(video)):
+        if number in wanted:
+            images[number] = frame
+        if len(grey) * frame.nbytes < _LOOKED_AT:
+            grey.append(frame.mean(axis=-1).astype(np.uint8))
+        elif len(images) == len(wanted):
+            break
+    return images, moving_mouth(np.stack(grey))
 
 
 def _name(labels: Sequence[Label], video: PurePath) -> str:

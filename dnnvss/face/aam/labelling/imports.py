@@ -29,20 +29,35 @@ def read_tool(path: Path, sheet: Sheet) -> Found:
             missing; names file and picture.
     """
     if path.is_dir():
-        several = [read_tool(p, sheet) for p in sorted(path.glob("*.json")) if p.name != "labels.json"]
-        return {name: points for part in several for name, points in part.items()}
+        found: Found = {}
+        for each in (p for p in sorted(path.glob("*.json")) if p.name != "labels.json"):
+            part = read_tool(each, sheet)
+            _refuse_twice(sorted(found.keys() & part.keys()), each)
+            found |= part
+        return found
     value = files.read_json(path, _REMEDY)
+    try:
+        return _parsed(value, sheet, path)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise DnnvssError(f"is not as its tool writes it ({type(error).__name__}: {error})", file=path,
+                          remedy=_REMEDY) from error
+
+
+def _parsed(value: Any, sheet: Sheet, path: Path) -> Found:
+    """What :func:`read_tool` finds in one file."""
     if not isinstance(value, Mapping):
         raise DnnvssError("is no JSON of a labelling tool", file=path, remedy=_REMEDY)
     if "shapes" in value and "imagePath" in value:
-        rows = [(str(s.get("label", "")), s.get("points", [])) for s in value["shapes"]]
-        return {_base(value["imagePath"]): _named(rows, sheet, path, _base(value["imagePath"]))}
+        shapes = [(str(s.get("label", "")), s.get("points", [])) for s in value["shapes"]]
+        return {_base(value["imagePath"]): _named(shapes, sheet, path, _base(value["imagePath"]))}
     if "images" in value and "annotations" in value:
         return _coco(value, path)
     projects = value.get("_via_img_metadata", value)
     if isinstance(projects, Mapping) and all(isinstance(v, Mapping) and "regions" in v for v in projects.values()):
-        return {_base(v["filename"]): _named(_via(v["regions"]), sheet, path, _base(v["filename"]))
-                for v in projects.values() if v["regions"]}
+        rows = [(_base(v["filename"]), v["regions"]) for v in projects.values() if v["regions"]]
+        names = [name for name, _ in rows]
+        _refuse_twice([name for name in names if names.count(name) > 1], path)
+        return {name: _named(_via(regions), sheet, path, name) for name, regions in rows}
     raise DnnvssError("is no JSON of a labelling tool", file=path, remedy=_REMEDY)
 
 
@@ -68,6 +83,11 @@ def import_into(sheet: Sheet, path: Path) -> tuple[Sheet, list[str]]:
     for name, points in found.items():
         sheet = Sheet.open(sheet.folder).write(name, points, done=True)  # the page may have finished others meanwhile
     return sheet, sorted(found)
+
+
+def _refuse_twice(names: list[str], path: Path) -> None:
+    if names:
+        raise DnnvssError(f"picture {names[0]} is labelled twice", file=path, remedy="Keep one of its labels")
 
 
 def _base(name: Any) -> str:
@@ -130,7 +150,7 @@ def _position(label: str, following: dict[str, int], sheet: Sheet) -> int | None
         following[label] += 1
         stop = sheet.groups[label][1] if label else sheet.count
         return following[label] - 1 if following[label] <= stop else sheet.count  # beyond all: one too many
-    if label.isdigit():
+    if label.isdecimal():
         return int(label)
     group, _, number = label.replace(" ", "_").replace("-", "_").rpartition("_")
-    return sheet.groups[group][0] + int(number) if group in sheet.groups and number.isdigit() else None
+    return sheet.groups[group][0] + int(number) if group in sheet.groups and number.isdecimal() else None

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import cv2
@@ -79,6 +79,9 @@ class Sheet:
         if not groups or not labels or len(set(names)) < len(names):
             raise DnnvssError(f"names {len(groups)} groups and {len(names)} pictures, {len(set(names))} different ones",
                               file=folder / NAME, remedy=_REMEDY)
+        for name in (*names, *(label.points for label in labels)):
+            if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or "\\" in name or not name:
+                raise DnnvssError(f"names {name!r}, which is no file of its folder", file=folder / NAME, remedy=_REMEDY)
         return cls(folder, groups, labels, frozenset(map(str, value.get("done", ()))), str(value.get("scheme", "")),
                    str(value.get("videos", "")))
 
