@@ -1,5 +1,10 @@
 """The commands of labelling, and the page in a real browser."""
 
+import json
+import re
+import signal
+import subprocess
+import sys
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -9,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import CHROMIUM, open_browser
+from conftest import ROOT
 from face.aam_cases import picture
 
 from dnnvss.commands.label import main
@@ -207,3 +213,21 @@ def test_points_are_dragged_in_a_browser_and_the_files_follow(served: Served, tm
         browser.wait("document.getElementById('said').classList.contains('bad')")
         assert "5 points" in browser.ask("document.getElementById('said').textContent")
         assert (folder / "a_2.pts").read_bytes() == before
+
+
+def test_ctrl_c_ends_the_page_with_all_saved(served: Served) -> None:
+    folder = served.desk.folder
+    program = "import sys; from dnnvss.commands.label import main; sys.exit(main(sys.argv[1:]))"
+    with subprocess.Popen([sys.executable, "-c", program, "page", str(folder), "--port", "0"], text=True, cwd=ROOT,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE) as page:
+        assert page.stdout is not None and page.stderr is not None
+        url = re.findall(r"3 frames, 0 finished; open (http://127\.0\.0\.1:\d+/)", page.stdout.readline())[0]
+        body = json.dumps({"points": (POINTS + 7).tolist(), "done": True}).encode()
+        request = urllib.request.Request(f"{url}points/a_1.png", body, {"Content-Type": "application/json"})
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            assert json.load(answer) == {"saved": "a_1.png"}
+        page.send_signal(signal.SIGINT)
+        out, errors = page.communicate(timeout=30)
+    assert page.returncode == 0 and "1 of 3 frames are finished; all is saved" in out and not errors
+    assert read_pts(folder / "a_1.pts") == pytest.approx(POINTS + 7)
+

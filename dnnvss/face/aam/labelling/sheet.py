@@ -14,8 +14,8 @@ from dnnvss.face.aam.labelling.schemes import SCHEMES, Scheme
 from dnnvss.formats.landmarks import read_pts, write_pts
 
 NAME = "labels.json"
-_REMEDY = "Choose frames first: python -m dnnvss.pipeline.label choose VIDEOS --out FOLDER"
-_LABEL = "Label it on the page (python -m dnnvss.pipeline.label page FOLDER), or take it out of labels.json"
+_REMEDY = "Choose frames first: dnnvss label choose VIDEOS --out FOLDER"
+_LABEL = "Label it on the page (dnnvss label page FOLDER), or take it out of labels.json"
 
 
 @dataclass(frozen=True)
