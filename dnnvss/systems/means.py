@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 import torch
 
-from dnnvss.phones import PHONES, phone_id
+from dnnvss.features import phones_of
+from dnnvss.phones import PHONES
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 
 
@@ -53,7 +54,7 @@ class TrainingMean(_TableModel):
 
     def classes(self, example: Example) -> np.ndarray:
         """Return zero for every frame."""
-        return np.zeros(int(example.alignment["phones"].frame_edges(self.clock)[-1]), dtype=np.int64)
+        return np.zeros(len(example.codes), dtype=np.int64)
 
 
 class PhoneMean(_TableModel):
@@ -64,5 +65,5 @@ class PhoneMean(_TableModel):
 
     def classes(self, example: Example) -> np.ndarray:
         """Return the phone code of every frame."""
-        tier = example.alignment["phones"]
-        return np.array([phone_id(p) for p in tier.labels])[tier.frame_index(self.clock)]
+        phones = phones_of(example.codes)
+        return np.repeat(phones.code, phones.frames)
