@@ -35,7 +35,8 @@ def encode_recording(recording: Recording, table: FeatureTable, clock: FrameCloc
     """The frame codes of a recording, which may be a sound alone; see :func:`encode`."""
     first, last = recording.span(clock)
     if "sound" in table.needs and recording.sound is None:
-        raise DnnvssError(f"{table.title} reads the sound, and there is none", remedy="Give wav=FILE, or let an engine speak: speech=auto")
+        raise DnnvssError(f"{table.title} reads the sound, and there is none",
+                          remedy="Give wav=FILE, or let an engine speak: speech=auto")
     sources = [s for s in SOURCES.values() if s.name in table.sources or (s.always and s.encodes(recording))]
     arrays: dict[str, Any] = {"utterance_start": [0], "utterance_frames": [last - first]}
     for source in sources:
