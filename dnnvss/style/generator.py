@@ -42,7 +42,7 @@ def make_style(config: Mapping[str, Any], face: Face) -> Style:
     return Style(groups=groups, **settings)
 
 
-def functionals(face: Face) -> dict[str, Gauge]:
+def all_gauges(face: Face) -> dict[str, Gauge]:
     """What keys may hold and curves show, by name: the face's gauges, and every coefficient."""
     return {**face.gauges, **coefficients(face.names)}
 

@@ -20,19 +20,18 @@ _REMEDY = "Write one key a line with the columns time, name, low, high (and end,
 
 @dataclass(frozen=True)
 class Key:
-    """What a functional must measure at a time.
+    """What a gauge must measure at a time.
 
-    A key with a phone is anchored to it: ``index`` is the segment's place in the phones tier and ``position`` the
-        share of its
-    duration, so that the key finds its place again when the sentence is spoken faster or by another engine. ``time``
-    is then where it stood when it was written.
+    A key with a phone is anchored to it: ``index`` is the segment's place in the phones tier and ``position`` the share
+    of its duration, so that the key finds its place again when the sentence is spoken faster or by another engine.
+    ``time`` is then where it stood when it was written.
 
     Args:
         time: seconds from the start of the utterance.
-        name: of the functional: ``aperture``, ``width``, or a coefficient such as ``aam01``.
+        name: of the gauge: ``aperture``, ``width``, or a coefficient such as ``aam01``.
         low, high: the range; equal for a value; infinite for no bound.
         end: seconds; the key holds from ``time`` to ``end``. None for a single frame.
-        softness: 0 holds it; a positive number in the functional's unit gives way.
+        softness: 0 holds it; a positive number in the gauge's unit gives way.
         phone: label of the phone that it is anchored to, or None.
         index: the segment's place in the tier.
         position: 0 at the phone's start, 1 at its end.
@@ -55,21 +54,21 @@ _COLUMNS = tuple(f.name for f in fields(Key))
 def sample_keys(
     trajectory: np.ndarray,
     clock: FrameClock,
-    functionals: Mapping[str, Gauge],
+    gauges: Mapping[str, Gauge],
     tier: Tier,
     positions: Sequence[float] = (0.5,),
 ) -> list[Key]:
-    """Return keys that describe a trajectory (T, D): the value of each functional in each phone.
+    """Return keys that describe a trajectory (T, D): the value of each gauge in each phone.
 
     Args:
         trajectory: (T, D).
         clock: its clock.
-        functionals: name to functional.
+        gauges: name to gauge.
         tier: the phones tier, to which the keys are anchored.
         positions: shares of each phone's duration at which keys are set.
     """
     keys = []
-    values = {name: f(trajectory) for name, f in functionals.items()}
+    values = {name: f(trajectory) for name, f in gauges.items()}
     for index, segment in enumerate(tier):
         for position in positions:
             time = segment.start - tier.start + position * segment.duration
@@ -82,13 +81,13 @@ def sample_keys(
 
 
 def key_constraints(
-    keys: Sequence[Key], functionals: Mapping[str, Gauge], clock: FrameClock, frames: int, tier: Tier | None = None
+    keys: Sequence[Key], gauges: Mapping[str, Gauge], clock: FrameClock, frames: int, tier: Tier | None = None
 ) -> Constraints:
     """Return keys as constraints on a trajectory of ``frames`` frames.
 
     Args:
         keys: from :func:`sample_keys` or :func:`read_keys`.
-        functionals: name to functional, at least those that the keys name.
+        gauges: name to gauge, at least those that the keys name.
         clock: the trajectory clock.
         frames: T.
         tier: the phones tier of this synthesis; anchored keys move with their phones. Where None, all keys keep their
@@ -97,13 +96,13 @@ def key_constraints(
     Raises:
         DnnvssError: a name that is not known, a phone that is not where the key was anchored, or a time behind the end.
     """
-    if not functionals:
-        raise DnnvssError("keys need functionals to hold", remedy="Give the aperture or the coefficients by name")
-    parts = [Constraints.none(len(next(iter(functionals.values())).vector))]
+    if not gauges:
+        raise DnnvssError("keys need gauges to hold", remedy="Give the aperture or the coefficients by name")
+    parts = [Constraints.none(len(next(iter(gauges.values())).vector))]
     for key in keys:
-        if key.name not in functionals:
+        if key.name not in gauges:
             raise DnnvssError(f"key at {key.time:g} s: nothing is named {key.name!r}",
-                              remedy=f"Use one of: {', '.join(functionals)}")
+                              remedy=f"Use one of: {', '.join(gauges)}")
         time = key.time if tier is None or key.index is None else _anchored(key, tier)
         if not -1e-9 <= time <= clock.seconds(frames) + 1e-9:
             length, anchor = clock.seconds(frames), f" (position {key.position} in phone {key.index}, {key.phone})"
@@ -113,8 +112,8 @@ def key_constraints(
                               "Give a position from 0, the phone's start, to 1, its end")
         first = _frame(time, clock, frames)
         last = first if key.end is None else _frame(time + key.end - key.time, clock, frames)
-        functional = functionals[key.name]
-        parts.append(hold(np.arange(first, max(first, last) + 1), functional.vector, functional.constant, low=key.low,
+        gauge = gauges[key.name]
+        parts.append(hold(np.arange(first, max(first, last) + 1), gauge.vector, gauge.constant, low=key.low,
                           high=key.high, softness=key.softness, label=f"key {key.name} at {time:.2f} s"))
     return Constraints.joined(parts)
 

@@ -13,7 +13,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES, nearest
 from dnnvss.runs.run import Run
 from dnnvss.style import Key, sample_keys
-from dnnvss.style.generator import functionals
+from dnnvss.style.generator import all_gauges
 from dnnvss.synthesis.plan import Plan, make_plan
 from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.risks import Span, find_risks, summary, word_risks
@@ -78,7 +78,7 @@ class Spoken:
 
     def curves(self) -> dict[str, np.ndarray]:
         """The face's gauges and coefficients by name (F,), a value for each picture of the video."""
-        return {name: gauge(self.shown) for name, gauge in functionals(self.run.face).items()}
+        return {name: gauge(self.shown) for name, gauge in all_gauges(self.run.face).items()}
 
     def keys(self, names: Sequence[str], positions: Sequence[float]) -> list[Key]:
         """Keys that describe the movement, to be edited and held in another request.
@@ -90,7 +90,7 @@ class Spoken:
         Raises:
             DnnvssError: a name of nothing.
         """
-        known = functionals(self.run.face)
+        known = all_gauges(self.run.face)
         if unknown := [name for name in names if name not in known]:
             raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}",
                               remedy=f"Use some of: {', '.join(known)}")
@@ -129,7 +129,7 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
     if run.units:
         plan = replace(plan, alignment=plan.alignment.with_tier(example.alignment[TIER]))
     phones = plan.alignment["phones"]
-    movement = run.generator(example, request.style, request.keys, functionals(run.face), phones)
+    movement = run.generator(example, request.style, request.keys, all_gauges(run.face), phones)
     words = word_risks(plan.pronunciation, plan.scores)
     risks = find_risks(plan.alignment, run.task.clock, stand_ins, run.voice.triphones, words)
     return Spoken(run, request, plan, example, stand_ins, movement, tuple(risks), run.model.report(example))

@@ -95,27 +95,27 @@ def test_rest_by_hand_in_one_frame():
 @pytest.mark.parametrize("suffix", [".csv", ".json"])
 def test_keys_survive_a_file_an_edit_and_another_tempo(tmp_path, suffix):
     mean, variance = prediction()
-    functionals = {"aperture": APERTURE, **coefficients(("aam01", "aam02"))}
+    gauges = {"aperture": APERTURE, **coefficients(("aam01", "aam02"))}
     x0 = mlpg(mean, variance)
-    keys = sample_keys(x0, CLOCK, functionals, TIER)
+    keys = sample_keys(x0, CLOCK, gauges, TIER)
     assert len(keys) == 6 * 3
     back = read_keys(write_keys(tmp_path / f"keys{suffix}", keys))
     assert back == keys
     edited = [Key(**{**vars(k), "low": 6.0, "high": 6.0}) for k in back if k.phone == "AY" and k.name == "aperture"]
     slow = Tier("phones", [(2 * a, 2 * b, label) for a, b, label in TIER])  # said at half the speed
     again = mlpg(np.repeat(mean, 2, axis=0), variance)
-    constraints = key_constraints(edited, functionals, CLOCK, 160, slow)
+    constraints = key_constraints(edited, gauges, CLOCK, 160, slow)
     assert constraints.frames.tolist() == [76]
     assert APERTURE(constrain(again, variance, constraints))[76] == pytest.approx(6.0, abs=1e-9)
-    fixed = key_constraints(edited, functionals, CLOCK, 160)
+    fixed = key_constraints(edited, gauges, CLOCK, 160)
     assert fixed.frames.tolist() == [38]
 
 
 def test_unedited_keys_leave_the_trajectory_alone():
     mean, variance = prediction()
-    functionals = {"aperture": APERTURE}
+    gauges = {"aperture": APERTURE}
     x0 = mlpg(mean, variance)
-    constraints = key_constraints(sample_keys(x0, CLOCK, functionals, TIER), functionals, CLOCK, 80, TIER)
+    constraints = key_constraints(sample_keys(x0, CLOCK, gauges, TIER), gauges, CLOCK, 80, TIER)
     assert np.abs(constrain(x0, variance, constraints) - x0).max() < 1e-5  # keys are written with six decimals
 
 
@@ -132,15 +132,15 @@ def test_ranges_over_time_and_open_bounds(tmp_path):
 
 
 def test_keys_that_cannot_be_held_are_named(tmp_path):
-    functionals = {"aperture": APERTURE}
+    gauges = {"aperture": APERTURE}
     with pytest.raises(DnnvssError, match=r"'jaw'.*aperture"):
-        key_constraints([Key(0.1, "jaw", 0, 0)], functionals, CLOCK, 80)
+        key_constraints([Key(0.1, "jaw", 0, 0)], gauges, CLOCK, 80)
     with pytest.raises(DnnvssError, match=r"0\.9 s lies outside"):
-        key_constraints([Key(0.9, "aperture", 0, 0)], functionals, CLOCK, 80)
+        key_constraints([Key(0.9, "aperture", 0, 0)], gauges, CLOCK, 80)
     with pytest.raises(DnnvssError, match=r"position 9\.5 in phone 1, B\) lies outside.*from 0"):
-        key_constraints([Key(0.1, "aperture", 0, 0, phone="B", index=1, position=9.5)], functionals, CLOCK, 80, TIER)
+        key_constraints([Key(0.1, "aperture", 0, 0, phone="B", index=1, position=9.5)], gauges, CLOCK, 80, TIER)
     with pytest.raises(DnnvssError, match=r"anchored to 'P'.*'B' now"):
-        key_constraints([Key(0.1, "aperture", 0, 0, phone="P", index=1)], functionals, CLOCK, 80, TIER)
+        key_constraints([Key(0.1, "aperture", 0, 0, phone="P", index=1)], gauges, CLOCK, 80, TIER)
     for text, match in [("time,name\n0.1,aperture\n", "neither a value"), ("time,name,low\nx,aperture,1\n", "key 1"),
                         ("time,name,low,colour\n0.1,aperture,1,red\n", "'colour'")]:
         (tmp_path / "keys.csv").write_text(text, encoding="utf-8")
