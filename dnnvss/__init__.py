@@ -6,4 +6,4 @@ The rooms of the package stand in the order in which data walks through them; se
 from dnnvss.errors import DnnvssError
 
 __all__ = ["DnnvssError"]
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -18,7 +18,8 @@ from dnnvss.style import read_keys, write_keys
 from dnnvss.style.generator import make_style
 from dnnvss.synthesis.footage import read_footage
 from dnnvss.synthesis.outputs import write_spoken
-from dnnvss.synthesis.request import Recording, Scene, SpeakRequest, check_alignment, check_views
+from dnnvss.synthesis.plan import check_alignment
+from dnnvss.synthesis.request import Recording, Scene, SpeakRequest, check_views
 from dnnvss.synthesis.speak import Spoken, speak
 from dnnvss.text.overrides import read_overrides
 from dnnvss.timing import Alignment, FrameClock

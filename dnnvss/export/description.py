@@ -13,6 +13,8 @@ from dnnvss.timing import FrameClock
 KEY = "dnnvss"
 """The name of the description in the metadata of a file."""
 VERSION = 1
+SUFFIXES = (".onnx", ".pt2")
+"""How a network is written."""
 INPUTS, OUTPUTS = ("active", "numeric"), ("mean", "variance")
 
 

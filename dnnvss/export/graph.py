@@ -87,6 +87,13 @@ def _widened(share: Share, table: FeatureTable) -> tuple[Tensor, Tensor, Tensor]
     return binary, numeric, first.bias.detach().clone()
 
 
+def is_network(model: VisualModel) -> bool:
+    """Whether a trained system is made of feed-forward networks alone, which other programs can run."""
+    parts = (model.phones, model.all) if isinstance(model, BlendedNetworks) else (model,)
+    return all(isinstance(part, NetworkModel) and all(isinstance(n, FeedForward) for n in part.networks_)
+               for part in parts)
+
+
 def frame_streams(model: VisualModel) -> FrameStreams:
     """Return the graph of a trained system.
 

@@ -10,10 +10,8 @@ import torch
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.export.description import INPUTS, KEY, OUTPUTS, Description
+from dnnvss.export.description import INPUTS, KEY, OUTPUTS, SUFFIXES, Description
 from dnnvss.export.graph import FrameStreams
-
-SUFFIXES = (".onnx", ".pt2")
 
 
 def write_network(path: Path, streams: FrameStreams, description: Description) -> Path:

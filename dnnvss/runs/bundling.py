@@ -6,6 +6,7 @@ from pathlib import Path
 from dnnvss import __version__, files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import Description
+from dnnvss.export.graph import frame_streams, is_network
 from dnnvss.runs.bundle import BundleIndex, is_bundle
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.run import Run
@@ -17,7 +18,6 @@ def export_run(run: Run, path: Path) -> Path:
     Raises:
         DnnvssError: the run's system is no network, another suffix, or a package is missing.
     """
-    from dnnvss.export.graph import frame_streams
     from dnnvss.export.write import write_network
 
     streams = frame_streams(run.model)
@@ -31,19 +31,29 @@ def export_run(run: Run, path: Path) -> Path:
 def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
     """Write a bundle of a run and return its folder; an older bundle there is replaced.
 
+    Args:
+        run: any run. What a system that is no network learnt is kept as it is.
+        folder: of the bundle.
+        network: the name of the file that a network is exported to.
+
     Raises:
-        DnnvssError: as :func:`export_run`; or the folder holds something else.
+        DnnvssError: as :func:`export_run`; the run is a bundle; or the folder holds something else.
     """
+    if is_bundle(run.folder):
+        raise DnnvssError("is a bundle already", file=run.folder, remedy="Copy it, or export the run that it came from")
     theirs = RunFiles(folder)
-    ours = {network, theirs.index.name, theirs.units.name, *(path.name for path in _kept(theirs))}
+    ours = {network, theirs.index.name, theirs.units.name, theirs.model.name, *(path.name for path in _kept(theirs))}
     if folder.is_dir() and {p.name for p in folder.iterdir()} - ours and not is_bundle(folder):
         raise DnnvssError("holds something that is not a bundle", file=folder, remedy="Choose another folder")
-    export_run(run, folder / network)  # whole or not at all; what it refuses leaves the older bundle as it is
+    exports = is_network(run.model)
+    if exports:
+        export_run(run, folder / network)  # whole or not at all; what it refuses leaves the older bundle as it is
     files.remove(theirs.index)
-    for path in [*_kept(run.files), *([run.files.units] if "visemes" in run.task.table.sources else [])]:
+    copied = [*_kept(run.files), *([run.files.units] if "visemes" in run.task.table.sources else [])]
+    for path in copied if exports else [run.files.model, *copied]:
         with files.replacing(folder / path.name) as temporary:
             shutil.copyfile(path, temporary)
-    BundleIndex(network, run.folder.name, __version__).save(folder)
+    BundleIndex(network if exports else theirs.model.name, run.folder.name, __version__).save(folder)
     return folder
 
 

@@ -10,11 +10,12 @@ from typing import Any
 from dnnvss import __version__
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
+from dnnvss.export.description import SUFFIXES
 from dnnvss.face.base import Face
 from dnnvss.face.kinds import load_face
 from dnnvss.media import Sound
 from dnnvss.render.pictures import Pictures, open_pictures
-from dnnvss.runs.bundle import is_bundle, open_network
+from dnnvss.runs.bundle import BundleIndex, is_bundle
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
@@ -125,16 +126,22 @@ class Run:
                 feature table than its configuration now builds.
         """
         settings = RunSettings.load(folder)
-        if is_bundle(folder):
-            network = open_network(folder)
-            settings.task.table.check(network.table.describe())
-            return cls(folder, settings, network)
-        return cls(folder, settings, _trained(folder, settings))
+        kept = folder / BundleIndex.load(folder).network if is_bundle(folder) else RunFiles(folder).model
+        return cls(folder, settings, _exported(kept, settings) if kept.suffix in SUFFIXES else _trained(kept, settings))
 
 
-def _trained(folder: Path, settings: RunSettings) -> VisualModel:
+def _exported(path: Path, settings: RunSettings) -> VisualModel:
+    """The network of a bundle."""
+    from dnnvss.export.exported import ExportedModel
+
+    network = ExportedModel.open(path)
+    settings.task.table.check(network.table.describe())
+    return network
+
+
+def _trained(path: Path, settings: RunSettings) -> VisualModel:
     """The system of a run folder, with what it learnt."""
-    path = RunFiles(folder).model
+    folder = path.parent
     if not path.is_file():
         raise DnnvssError("holds a run that has not ended", file=folder,
                           remedy="Run its train.py command again: it goes on where it stopped")

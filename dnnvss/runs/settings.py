@@ -8,7 +8,7 @@ from typing import Any
 
 from omegaconf import OmegaConf
 
-from dnnvss import files
+from dnnvss import __version__, files
 from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.face.kinds import FaceSettings, read_face_settings
@@ -59,11 +59,11 @@ class RunSettings:
         path = RunFiles(folder).config
         values = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p)),
                             "Train a system first: python train.py")
+        _check_version(RunFiles(folder), values)
         try:
             return read_settings(cls, values, "")
         except DnnvssError as error:
-            raise DnnvssError(error.problem, file=path, remedy="Train the run anew with this version: python train.py "
-                              "overwrite=true") from error
+            raise DnnvssError(error.problem, file=path, remedy=_anew(folder, values)) from error
 
     def write(self, folder: Path) -> Path:
         """Keep the settings in a run folder and return the path."""
@@ -114,3 +114,25 @@ class RunSettings:
     def style_name(self) -> str:
         """The name of the style that the run is evaluated in beside plain MLPG."""
         return str(self.style["name"])
+
+
+def _check_version(places: RunFiles, values: Any) -> None:
+    """Refuse a run or a bundle that another version of the package wrote."""
+    path = places.index if places.index.is_file() else places.provenance
+    written = files.read_json(path).get("dnnvss", __version__) if path.is_file() else __version__
+    if _release(str(written)) != _release(__version__):
+        raise DnnvssError(f"was trained by dnnvss {written}, and this is {__version__}", file=places.folder,
+                          remedy=_anew(places.folder, values))
+
+
+def _release(version: str) -> list[str]:
+    """The parts of a version that tell whether files mean the same."""
+    return version.split(".")[:2]
+
+
+def _anew(folder: Path, values: Any) -> str:
+    """The command that trains a run again, as far as its settings can be read."""
+    named = values.items() if isinstance(values, dict) else ()
+    groups = {name: part["name"] for name, part in named if isinstance(part, dict) and "name" in part}
+    chosen = [f"{name}={groups[name]}" for name in ("corpus", "labels", "model") if name in groups]
+    return f"Train it anew: {' '.join(['python train.py', *chosen, f'run={folder}', 'overwrite=true'])}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.media import SPEECH_RATE
 from dnnvss.phones import SILENCES
 from dnnvss.runs.run import Run
-from dnnvss.synthesis.request import Recording, SpeakRequest, check_alignment, from_start
+from dnnvss.synthesis.request import Recording, SpeakRequest
 from dnnvss.timing import Alignment
 from dnnvss.visemes import TIER
 
@@ -79,6 +80,30 @@ def given(run: Run, request: SpeakRequest, alignment: Alignment) -> Plan:
     if request.recording is None:
         return Plan(text, from_start(alignment))
     return Plan(text, alignment, request.recording, RECORDED)
+
+
+def from_start(alignment: Alignment) -> Alignment:
+    """The alignment moved so that it begins at 0, where the first frame of a face is; itself if it does."""
+    if alignment.start == 0:
+        return alignment
+    return Alignment(tier.moved(-alignment.start) for tier in alignment.tiers)
+
+
+def check_alignment(alignment: Alignment, text: str, file: Path | None = None) -> Alignment:
+    """Refuse an alignment without phones, or without words where no text tells them; itself if it is well.
+
+    Args:
+        alignment: what was read.
+        text: the words, where they are given.
+        file: that it was read from, for the message.
+    """
+    names = [tier.name for tier in alignment.tiers]
+    if "phones" not in names:
+        raise DnnvssError(f"has no tier 'phones' (it has {', '.join(names)})", file=file,
+                          remedy='Give phone times; or a recording: wav=FILE text="..."')
+    if "words" not in names and not text:
+        raise DnnvssError("has phones and no tier 'words'", file=file, remedy='Add text="..."')
+    return alignment
 
 
 def heard(run: Run, sentence: "Sentence", recording: Recording) -> Plan:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -119,27 +118,3 @@ class SpeakRequest:
     def timed(self) -> bool:
         """Whether times are set that an engine has to keep to."""
         return self.alignment is not None or bool(self.total) or self.speed != 1 or self.durations == "model"
-
-
-def from_start(alignment: Alignment) -> Alignment:
-    """The alignment moved so that it begins at 0, where the first frame of a face is; itself if it does."""
-    if alignment.start == 0:
-        return alignment
-    return Alignment(tier.moved(-alignment.start) for tier in alignment.tiers)
-
-
-def check_alignment(alignment: Alignment, text: str, file: Path | None = None) -> Alignment:
-    """Refuse an alignment without phones, or without words where no text tells them; itself if it is well.
-
-    Args:
-        alignment: what was read.
-        text: the words, where they are given.
-        file: that it was read from, for the message.
-    """
-    names = [tier.name for tier in alignment.tiers]
-    if "phones" not in names:
-        raise DnnvssError(f"has no tier 'phones' (it has {', '.join(names)})", file=file,
-                          remedy='Give phone times; or a recording: wav=FILE text="..."')
-    if "words" not in names and not text:
-        raise DnnvssError("has phones and no tier 'words'", file=file, remedy='Add text="..."')
-    return alignment

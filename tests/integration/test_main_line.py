@@ -28,11 +28,15 @@ from dnnvss.evaluation.videos import write_side_by_side
 from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.media import read_audio, read_video, video_info
 from dnnvss.phones import BILABIALS
+from dnnvss.runs.bundle import BundleIndex
+from dnnvss.runs.bundling import write_bundle
 from dnnvss.runs.run import Run
 from dnnvss.style import read_keys, write_keys
 from dnnvss.style.rules import phone_frames
 from dnnvss.synthesis import outputs
+from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.speak import replace_unseen
+from dnnvss.synthesis.speak import speak as speak_purely
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
@@ -98,6 +102,30 @@ def test_a_model_that_has_learnt_durations_speaks_with_its_own(home: Path) -> No
     expected = run.model.phone_durations(example)
     assert expected is not None
     np.testing.assert_allclose(np.diff(own.edges) * 100, expected, atol=0.6)
+
+
+def test_a_system_that_is_no_network_is_bundled_with_what_it_learnt(home: Path, tmp_path: Path) -> None:
+    train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/means", "model=phone_mean", *FAST[1:4],
+                    *FAST[5:]))
+    whole = Run.open(home / "runs" / "means")
+    bundle = Run.open(write_bundle(whole, tmp_path / "bundle"))
+    assert BundleIndex.load(bundle.folder).network == "model.pt" and not (bundle.folder / "model.onnx").exists()
+    request = SpeakRequest("pack my box", engine="none")
+    ours, theirs = (speak_purely(run, request) for run in (bundle, whole))
+    assert np.array_equal(ours.trajectory, theirs.trajectory) and ours.plan == theirs.plan
+    with pytest.raises(DnnvssError, match="is a bundle already"):
+        write_bundle(bundle, tmp_path / "again")
+
+
+def test_speaking_reads_prints_and_writes_nothing(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    run = Run.open(home / "runs" / "ph")
+    before = sorted(p.stat().st_mtime_ns for p in home.rglob("*"))
+    spoken = speak_purely(run, SpeakRequest("my papa may buy a puppy", engine="formant", lead_in=0.1))
+    pictures = list(spoken.frames())
+    assert len(pictures) == len(spoken.shown) and len(spoken.curves()["aperture"]) == len(pictures)
+    names = {key.name for key in spoken.keys(["aperture", "aam01"], [0.25, 0.75])}
+    assert names == {"aperture", "aam01"} and spoken.plan.alignment["phones"][0].end == pytest.approx(0.1)
+    assert capfd.readouterr() == ("", "") and sorted(p.stat().st_mtime_ns for p in home.rglob("*")) == before
 
 
 def test_killed_evaluation_resumes_to_the_same_numbers(home: Path) -> None:

@@ -8,12 +8,15 @@ import pytest
 from conftest import ROOT
 from hydra import compose, initialize_config_dir
 
-from dnnvss import files
+from dnnvss import __version__, files
 from dnnvss.commands.plain import run_settings
 from dnnvss.errors import DnnvssError
+from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.naming import check_begun, run_name
+from dnnvss.runs.run import Run
 from dnnvss.runs.settings import RunSettings
+from dnnvss.runs.voice import Voice
 from dnnvss.systems.examples import split_examples
 from dnnvss.systems.units import UnitPlan
 
@@ -62,3 +65,45 @@ def test_settings_that_the_viseme_network_would_not_heed_are_refused() -> None:
     with pytest.raises(DnnvssError, match=r"visemes\.predictor\.fit\.precision is no setting of this fit"):
         UnitPlan.from_config(config.visemes)
     assert UnitPlan.from_config(configured("labels=ph_dv").visemes).predictor.folds == 4
+
+
+def test_a_run_of_another_version_is_refused_with_the_command_that_trains_it_anew(tmp_path: Path) -> None:
+    folder = begun(tmp_path, "model=hsmm", "labels=ph_d")
+    files.write_json(RunFiles(folder).provenance, {"corpus": "abc", "dnnvss": "0.1.0"})
+    anew = rf"Train it anew: python train\.py corpus=demo labels=ph_d model=hsmm run={folder} overwrite=true"
+    with pytest.raises(DnnvssError, match=rf"was trained by dnnvss 0\.1\.0, and this is .*{anew}"):
+        Run.open(folder)
+    with pytest.raises(DnnvssError, match=anew):
+        check_begun(folder, configured("model=hsmm", "labels=ph_d"), "abc")
+    files.write_json(RunFiles(folder).provenance, {"corpus": "abc", "dnnvss": __version__})
+    with pytest.raises(DnnvssError, match="has not ended"):
+        Run.open(folder)
+
+
+def test_settings_that_mean_nothing_are_named_with_the_file(tmp_path: Path) -> None:
+    folder = begun(tmp_path)
+    config = RunFiles(folder).config
+    files.write_text(config, config.read_text().replace("windows:", "window:"))
+    with pytest.raises(DnnvssError, match=rf"{config}: trajectory\.window is no setting\. Train it anew: python"):
+        RunSettings.load(folder)
+    files.write_text(config, "- no run\n")
+    with pytest.raises(DnnvssError, match=rf"{config}: "):
+        RunSettings.load(folder)
+
+
+def test_what_a_voice_lacks_is_named(tmp_path: Path) -> None:
+    voice = Voice(("AA", "M"), ("sil",), "en_us", "25", "nobody", frozenset({"AA-M+sil"}))
+    path = voice.save(tmp_path / "voice.json")
+    assert Voice.load(path) == voice
+    files.write_json(path, {"phones": ["AA"]})
+    with pytest.raises(DnnvssError, match=r"voice\.json: does not say 'pauses'.*Train"):
+        Voice.load(path)
+
+
+def test_a_bundle_says_what_it_must(tmp_path: Path) -> None:
+    index = BundleIndex("model.onnx", "a", "0.2.0")
+    index.save(tmp_path)
+    assert BundleIndex.load(tmp_path) == index
+    files.write_json(RunFiles(tmp_path).index, {"network": "model.onnx", "run": 3, "dnnvss": "0.2.0"})
+    with pytest.raises(DnnvssError, match=r"bundle\.json: run=3 is no text.*dnnvss\.export"):
+        BundleIndex.load(tmp_path)
