@@ -93,7 +93,7 @@ class Recipe:
     far: float = 0.25
     sync: bool = False
     adapt: bool = True
-    limits: checkup.Limits = field(default_factory=checkup.Limits)
+    limits: checkup.CheckupLimits = field(default_factory=checkup.CheckupLimits)
     speech_valid: float = 0.9
 
 

@@ -61,7 +61,7 @@ class Sync:
 
 
 @dataclass(frozen=True)
-class Clip:
+class SyncClip:
     """One clip, heard and seen.
 
     Args:
@@ -143,7 +143,7 @@ def _rows(groups: Mapping[str, tuple[int, int]], *names: str) -> np.ndarray:
 
 
 def read_clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tuple[np.ndarray, np.ndarray]],
-               groups: Mapping[str, tuple[int, int]], rate: float) -> dict[str, Clip]:
+               groups: Mapping[str, tuple[int, int]], rate: float) -> dict[str, SyncClip]:
     """Return each utterance heard and seen; the arguments are those of :func:`find_sync`."""
     lips, still = _rows(groups, "lip", "mouth"), _rows(groups, "eye", "nose")
     face = mean_shape(np.concatenate([points[valid][::10] for points, valid in seen.values()]).astype(float))
@@ -158,7 +158,7 @@ def read_clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tup
     clips = {}
     for name in tqdm(sounds, desc="cepstra"):
         sound = cepstra(read_audio(shop.out / sounds[name]))
-        clips[name] = Clip(sound, _at(shapes[name] @ basis, rate), _spoken(sound))
+        clips[name] = SyncClip(sound, _at(shapes[name] @ basis, rate), _spoken(sound))
     return clips
 
 
@@ -181,7 +181,7 @@ def _spoken(sound: np.ndarray) -> np.ndarray:
     return mask
 
 
-def crossfitted(clips: Mapping[str, Clip]) -> dict[str, np.ndarray]:
+def crossfitted(clips: Mapping[str, SyncClip]) -> dict[str, np.ndarray]:
     """Return the lips (M, K) that a network heard which has not seen the clip."""
     names = list(clips)
     order = np.random.default_rng(0).permutation(len(names))
@@ -197,7 +197,7 @@ def crossfitted(clips: Mapping[str, Clip]) -> dict[str, np.ndarray]:
     return heard
 
 
-def _fitted(clips: Sequence[Clip], scale: np.ndarray, seed: int) -> torch.nn.Module:
+def _fitted(clips: Sequence[SyncClip], scale: np.ndarray, seed: int) -> torch.nn.Module:
     random = np.random.default_rng(seed)
     lips = [clip.lips(clip.times).astype(np.float32) for clip in clips]
     with torch.random.fork_rng(devices=[]):
@@ -223,7 +223,7 @@ def _window(sound: np.ndarray, centres: np.ndarray) -> np.ndarray:
     return sound[np.clip(centres[:, None] + _CONTEXT, 0, len(sound) - 1)].reshape(len(centres), -1)
 
 
-def lags(clips: Mapping[str, Clip], heard: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lags(clips: Mapping[str, SyncClip], heard: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return by how many seconds sound is late in whole clips, first halves and second halves, each (N,)."""
     found = []
     for name, clip in clips.items():

@@ -21,7 +21,7 @@ from dnnvss.formats.tables import markdown_table
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.visemes import (
     RULES,
-    Clip,
+    Movement,
     Visemes,
     VisemeSettings,
     boundary_scores,
@@ -32,7 +32,7 @@ from dnnvss.visemes import (
 )
 from dnnvss.visemes.corpus import viseme_clips, viseme_settings
 
-Pairs = list[tuple[Alignment, Clip]]
+Pairs = list[tuple[Alignment, Movement]]
 
 
 

@@ -25,7 +25,7 @@ OFTEN = 0.1
 
 
 @dataclass(frozen=True)
-class Limits:
+class CheckupLimits:
     """What counts as an outlier.
 
     Args:
@@ -49,7 +49,7 @@ class Limits:
     place: float = 25.0
 
 
-LIMITS = Limits()
+LIMITS = CheckupLimits()
 
 
 def thumbnails(frames: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ def thumbnails(frames: np.ndarray) -> np.ndarray:
     return np.stack([cv2.resize(frame, THUMBNAIL, interpolation=cv2.INTER_AREA) for frame in frames])
 
 
-def broken_pictures(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str, np.ndarray]:
+def broken_pictures(clips: Mapping[str, np.ndarray], limits: CheckupLimits = LIMITS) -> dict[str, np.ndarray]:
     """Return for each clip which frames (F,) are broken pictures.
 
     A clip of a talking head has no cuts. Where the picture jumps, the clip is taken apart, and the part that looks most
@@ -83,7 +83,7 @@ def broken_pictures(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) ->
     return broken
 
 
-def jumps(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str, np.ndarray]:
+def jumps(clips: Mapping[str, np.ndarray], limits: CheckupLimits = LIMITS) -> dict[str, np.ndarray]:
     """Return for each clip the frames (F,) at which the picture jumps, though within one scene.
 
     Args:
@@ -121,7 +121,7 @@ def _standard(clip: np.ndarray) -> np.ndarray:
     return grey / np.maximum(grey.std(axis=1, keepdims=True), 1e-3)
 
 
-def outside(points: np.ndarray, size: Sequence[int], limits: Limits = LIMITS) -> np.ndarray:
+def outside(points: np.ndarray, size: Sequence[int], limits: CheckupLimits = LIMITS) -> np.ndarray:
     """Return the frames (F,) in which too many points lie outside the picture.
 
     Args:
@@ -134,7 +134,7 @@ def outside(points: np.ndarray, size: Sequence[int], limits: Limits = LIMITS) ->
     return np.asarray(away.mean(axis=1) > limits.outside)
 
 
-def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict[str, float]:
+def off_colour(clips: Mapping[str, np.ndarray], limits: CheckupLimits = LIMITS) -> dict[str, float]:
     """Return the clips whose colour is far from the corpus's, with the distance in robust standard deviations.
 
     The colour of a clip is the median over its frames of the mean picture, its three channels centred on their mean, so
@@ -150,7 +150,7 @@ def off_colour(clips: Mapping[str, np.ndarray], limits: Limits = LIMITS) -> dict
 
 
 def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
-           limits: Limits = LIMITS) -> dict[str, np.ndarray]:
+           limits: CheckupLimits = LIMITS) -> dict[str, np.ndarray]:
     """Return for each clip which frames (F,) hold landmarks that cannot be the face, though marked valid.
 
     Faces are aligned to the median face by a similarity; the rest is compared with the corpus in robust standard
@@ -198,7 +198,7 @@ def _distance(standard: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt((standard**2).mean(axis=(1, 2))))
 
 
-def _limits(standard: list[np.ndarray], limits: Limits) -> tuple[float, float]:
+def _limits(standard: list[np.ndarray], limits: CheckupLimits) -> tuple[float, float]:
     """Return the limits of shape and speed for a corpus of standardised shapes."""
     usual = np.percentile(np.concatenate([_distance(s) for s in standard]), 95)
     moves = np.concatenate([_distance(np.diff(s, axis=0)) for s in standard])

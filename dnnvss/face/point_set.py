@@ -9,7 +9,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 
-Choice = tuple[int, ...] | str
+PointChoice = tuple[int, ...] | str
 """Indices inside a landmark group, or ``"all"``."""
 Groups = Mapping[str, Sequence[int]]
 """Name of a landmark group to the half-open range of its rows (``CorpusInfo.landmark_groups``)."""
@@ -18,12 +18,12 @@ _REMEDY = ("Name the groups of the corpus's corpus.json (landmark_groups) in the
            "one that fits: aam=folder (68 points), aam=labelled (40), aam=face100 (100), aam=default (146)")
 
 
-def _lips_jaw_nostrils() -> dict[str, Choice]:
+def _lips_jaw_nostrils() -> dict[str, PointChoice]:
     return {"lips_outer": (0, 2, 4, 5, 6, 8, 10, 12, 14, 15, 16, 18), "lips_inner": (0, 3, 5, 7, 10, 13, 15, 17),
             "face_oval": (11, 13, 14, 16, 18, 20, 22, 23, 25), "nose_base": (0, 2, 3, 4, 6)}
 
 
-def _upper_face() -> dict[str, Choice]:
+def _upper_face() -> dict[str, PointChoice]:
     return {"right_eye": "all", "left_eye": "all", "nose_bridge": (0, 1, 2, 3), "nostril_wings": "all",
             "face_oval": (0, 1, 2, 33, 34, 35)}
 
@@ -43,8 +43,8 @@ class PointSet:
     """
 
     name: str = "lips_jaw_nostrils"
-    points: Mapping[str, Choice] = field(default_factory=_lips_jaw_nostrils)
-    stable: Mapping[str, Choice] = field(default_factory=_upper_face)
+    points: Mapping[str, PointChoice] = field(default_factory=_lips_jaw_nostrils)
+    stable: Mapping[str, PointChoice] = field(default_factory=_upper_face)
     lips_outer: str = "lips_outer"
     lips_inner: str = "lips_inner"
     eyes: tuple[str, ...] = ("right_eye", "left_eye")
@@ -131,7 +131,7 @@ class Layout:
         return int(max(self.rows.max(), self.stable.max())) + 1
 
 
-def _choice(group: str, choice: Any) -> Choice:
+def _choice(group: str, choice: Any) -> PointChoice:
     if choice == "all":
         return "all"
     if isinstance(choice, str) or not all(isinstance(i, int) and not isinstance(i, bool) for i in choice):
@@ -139,7 +139,7 @@ def _choice(group: str, choice: Any) -> Choice:
     return tuple(choice)
 
 
-def _rows(groups: Groups, group: str, choice: Choice) -> np.ndarray:
+def _rows(groups: Groups, group: str, choice: PointChoice) -> np.ndarray:
     if group not in groups:
         raise DnnvssError(f"no landmark group {group!r} among {sorted(groups)}", remedy=_REMEDY)
     start, stop = groups[group]

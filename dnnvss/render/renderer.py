@@ -7,7 +7,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel
-from dnnvss.face.aam.painter import Painter, Plan
+from dnnvss.face.aam.painter import Painter, PaintPlan
 from dnnvss.face.pose import to_reference
 from dnnvss.render.neutral import Neutral
 from dnnvss.render.patch import BATCH, MARGIN, Patch, bounds
@@ -92,7 +92,7 @@ class Renderer:
                 slot[:] = texture
                 yield self.composite(plan, index)
 
-    def composite(self, plan: Plan, index: int) -> np.ndarray:
+    def composite(self, plan: PaintPlan, index: int) -> np.ndarray:
         """Return the picture (H, W_, 3) of the texture that is in the atlas, with the mesh of a plan."""
         left, top, right, bottom = self._box
         picture = self._base.copy()

@@ -38,7 +38,7 @@ _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Limits:
+class ServerLimits:
     """What a client may use up.
 
     Args:
@@ -79,8 +79,8 @@ class Server:
         DnnvssError: the port cannot be used.
     """
 
-    def __init__(self, page: Page, port: int = 0, host: str = "127.0.0.1", limits: Limits | None = None) -> None:
-        self.page, self.limits, self._static = page, limits or Limits(), page.static()
+    def __init__(self, page: Page, port: int = 0, host: str = "127.0.0.1", limits: ServerLimits | None = None) -> None:
+        self.page, self.limits, self._static = page, limits or ServerLimits(), page.static()
         remedy = "Give another one, or --port 0 for a free one"
         if not 0 <= port <= 65535:
             raise DnnvssError(f"port {port} cannot be used (there are 0 to 65535)", remedy=remedy)
@@ -210,7 +210,7 @@ class _Connection(web.RequestHandler):
 
     __slots__ = ("_most",)
 
-    def __init__(self, manager: web.Server, limits: Limits) -> None:
+    def __init__(self, manager: web.Server, limits: ServerLimits) -> None:
         super().__init__(manager, loop=asyncio.get_running_loop(), keepalive_timeout=limits.headers, access_log=_QUIET,
                          logger=_QUIET, max_headers=64, lingering_time=min(2.0, limits.sending),
                          auto_decompress=False)

@@ -63,9 +63,9 @@ class _Units:
         own = self._syllable(i if spoken else None)
         nuclei = np.flatnonzero(t.vowel & (t.syllable == t.syllable[i]) & spoken)
         vowel = names[nuclei[0]] if len(nuclei) else "x"
-        before, after = (self._beside(i, "syllable", step) for step in (-1, 1))
-        words = [self._count(self._beside(i, "word", step), t.syllables_in_word) for step in (-1, 1)]
-        phrases = [self._phrase(self._beside(i, "phrase", step)) for step in (-1, 1)]
+        before, after = (self._neighbour(i, "syllable", step) for step in (-1, 1))
+        words = [self._count(self._neighbour(i, "word", step), t.syllables_in_word) for step in (-1, 1)]
+        phrases = [self._phrase(self._neighbour(i, "phrase", step)) for step in (-1, 1)]
         here = self._phrase(i) if spoken else (_NONE, _NONE)
         number = f"{t.phrase[i] + 1}={t.phrases - t.phrase[i]}" if spoken else f"{_NONE}={_NONE}"
         return (
@@ -80,7 +80,7 @@ class _Units:
             f"/I:{'='.join(phrases[1])}/J:{t.syllables}+{t.words}-{t.phrases}"
         )
 
-    def _beside(self, i: int, level: str, step: int) -> int | None:
+    def _neighbour(self, i: int, level: str, step: int) -> int | None:
         """Return a segment of the unit before or after the one of segment ``i``; from a pause, of the nearest."""
         units = getattr(self.tree, level)
         if units[i] >= 0:

@@ -21,7 +21,7 @@ _CLASSES = {"N": ("N",), "J": ("AJ", "AV")}
 
 
 @dataclass(frozen=True)
-class Choice:
+class Reading:
     """The pronunciation chosen for a homograph, with stress, the rule that chose it, and what is doubtful."""
 
     phones: Phones
@@ -102,7 +102,7 @@ def tags(words: Sequence[str]) -> list[str]:
     return [tagged[i][2] for i in first]
 
 
-def choose(words: Sequence[str], index: int, tag: Sequence[str], variant: str = "en_us") -> Choice | None:
+def choose(words: Sequence[str], index: int, tag: Sequence[str], variant: str = "en_us") -> Reading | None:
     """Return the pronunciation of the word at ``index`` in its sentence, None if it is no homograph.
 
     Args:
@@ -117,7 +117,7 @@ def choose(words: Sequence[str], index: int, tag: Sequence[str], variant: str = 
         if all(held.values()):
             doubt = "told by no word around it: the commonest was taken" if senses - {phones} else ""
             kinds = "+".join(part.partition("=")[0] for part in held if part != "*")
-            return Choice(phones, f"{tag[index]}, {kinds or 'default'}", doubt if condition == "*" else "")
+            return Reading(phones, f"{tag[index]}, {kinds or 'default'}", doubt if condition == "*" else "")
         if "near=" in condition and all(held[part] for part in held if not part.startswith("near=")):
             senses.add(phones)  # the same part of speech in another sense
     return None

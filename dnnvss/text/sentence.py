@@ -135,7 +135,8 @@ def spoken_words(text: str, variant: str = "en_us") -> tuple[tuple[str, bool], .
     return tuple(found)
 
 
-def _homographs(pieces: Sequence[Token], overrides: Mapping[str, object], variant: str) -> dict[int, homographs.Choice]:
+def _homographs(pieces: Sequence[Token], overrides: Mapping[str, object], variant: str
+                ) -> dict[int, homographs.Reading]:
     """Return the choices for the words that are homographs, by the word's position."""
     sequence: list[str] = []
     places: list[int] = []
@@ -163,7 +164,7 @@ def _tagged(sequence: list[str]) -> list[str]:
     return tag
 
 
-def _word(token: Token, word: str, variant: str, overrides: Overrides, choice: homographs.Choice | None) -> Word:
+def _word(token: Token, word: str, variant: str, overrides: Overrides, choice: homographs.Reading | None) -> Word:
     spoken = word.lower()
 
     def made(phones: Phones, source: str, doubt: str = "") -> Word:

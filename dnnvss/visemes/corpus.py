@@ -7,7 +7,7 @@ from dnnvss.corpus import Utterance
 from dnnvss.curves import resample
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.timing import FrameClock
-from dnnvss.visemes.units import Clip, VisemeSettings, aligned_clip
+from dnnvss.visemes.units import Movement, VisemeSettings, aligned_clip
 
 _NOT_LEARNING = ("name", "source", "training", "samples", "predictor")
 
@@ -17,7 +17,7 @@ def viseme_settings(config: Mapping[str, Any]) -> VisemeSettings:
     return VisemeSettings.from_config({key: value for key, value in config.items() if key not in _NOT_LEARNING})
 
 
-def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock: FrameClock) -> dict[str, Clip]:
+def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock: FrameClock) -> dict[str, Movement]:
     """Return the clip of each utterance that was encoded, by id, its parameters brought to the trajectory clock."""
     clips = {}
     for utterance in utterances:

@@ -8,14 +8,14 @@ from scipy.special import logsumexp
 
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock
-from dnnvss.visemes.units import REST, Clip, Visemes, VisemeSettings, learn, shapes
+from dnnvss.visemes.units import REST, Movement, Visemes, VisemeSettings, learn, shapes
 
 _VARIANCE = 0.95  # share of the variance of gestures whose principal directions densities are measured in
 _RIDGE = 1e-3  # share of the variance of all gestures that is added to the variance inside units
 
 
 @dataclass(frozen=True)
-class Choice:
+class UnitCount:
     """What one number of units is worth.
 
     Args:
@@ -31,8 +31,8 @@ class Choice:
     distortion: float
 
 
-def compare_units(clips: Sequence[Clip], clock: FrameClock, settings: VisemeSettings, candidates: Sequence[int],
-                  view: np.ndarray | None = None, folds: int = 3) -> list[Choice]:
+def compare_units(clips: Sequence[Movement], clock: FrameClock, settings: VisemeSettings, candidates: Sequence[int],
+                  view: np.ndarray | None = None, folds: int = 3) -> list[UnitCount]:
     """Return the worth of each number of units, by cross-validation over clips.
 
     In every fold units are learnt from the other clips. A held-out gesture that does not rest, brought to one length
@@ -62,11 +62,11 @@ def compare_units(clips: Sequence[Clip], clock: FrameClock, settings: VisemeSett
             visemes = learn(kept, clock, replace(settings, units=units), view)
             scores.append((len(visemes), *_held_out(visemes, kept, clips[fold::folds])))
         used, likelihood, distortion = np.mean(scores, axis=0).tolist()
-        choices.append(Choice(units, used, likelihood, distortion))
+        choices.append(UnitCount(units, used, likelihood, distortion))
     return choices
 
 
-def _held_out(visemes: Visemes, kept: Sequence[Clip], held: Sequence[Clip]) -> tuple[float, float]:
+def _held_out(visemes: Visemes, kept: Sequence[Movement], held: Sequence[Movement]) -> tuple[float, float]:
     """Return the mean log density and the share of squared distance left of the gestures of held-out clips."""
     known, units = _moving(visemes, kept)
     new, _ = _moving(visemes, held)
@@ -88,7 +88,7 @@ def _held_out(visemes: Visemes, kept: Sequence[Clip], held: Sequence[Clip]) -> t
     return float((logsumexp(densities, axis=1) - constant).mean()), float(nearest.mean() / (new**2).sum(1).mean())
 
 
-def _moving(visemes: Visemes, clips: Sequence[Clip]) -> tuple[np.ndarray, np.ndarray]:
+def _moving(visemes: Visemes, clips: Sequence[Movement]) -> tuple[np.ndarray, np.ndarray]:
     """Return the scaled gestures (G, R * D) of clips that do not rest, and their units (G,)."""
     rows, units = [], []
     for clip in clips:

@@ -70,7 +70,7 @@ class VisemeSettings:
 
 
 @dataclass(frozen=True)
-class Clip:
+class Movement:
     """What units are learnt from.
 
     Args:
@@ -84,9 +84,9 @@ class Clip:
     span: tuple[float, float] | None = None
 
 
-def aligned_clip(trajectory: np.ndarray, alignment: Alignment, clock: FrameClock) -> Clip:
+def aligned_clip(trajectory: np.ndarray, alignment: Alignment, clock: FrameClock) -> Movement:
     """Return the clip of a trajectory (T, D) whose silences an alignment tells."""
-    return Clip(trajectory, silence_mask(alignment, clock), (alignment.start, alignment.end))
+    return Movement(trajectory, silence_mask(alignment, clock), (alignment.start, alignment.end))
 
 
 @dataclass(frozen=True)
@@ -119,12 +119,12 @@ class Visemes:
         """The number of units U, rest included."""
         return len(self.means)
 
-    def gestures(self, clip: Clip) -> Gestures:
+    def gestures(self, clip: Movement) -> Gestures:
         """Return the gestures of a clip."""
         seen = clip.trajectory @ self.view
         return cut(seen, clip.silence, FrameClock(self.rate), self.settings.gestures, self.reference)
 
-    def classify(self, clip: Clip, gestures: Gestures) -> np.ndarray:
+    def classify(self, clip: Movement, gestures: Gestures) -> np.ndarray:
         """Return the unit (G,) of each gesture of a clip."""
         units = np.full(len(gestures), REST)
         if (moving := ~gestures.rest).any():
@@ -132,7 +132,7 @@ class Visemes:
             units[moving] = 1 + METHODS[self.settings.method]().distances(scaled, self.centres).argmin(axis=1)
         return units
 
-    def tier(self, clip: Clip) -> Tier:
+    def tier(self, clip: Movement) -> Tier:
         """Return the tier ``visemes`` of a clip; labels are unit numbers, and it spans what the clip spans.
 
         Neighbouring rests are one. Edges are in seconds and not rounded to frames.
@@ -153,7 +153,7 @@ class Visemes:
         return cls(settings, str(description["rate"]), float(description["reference"]), **arrays)
 
 
-def learn(clips: Sequence[Clip], clock: FrameClock, settings: VisemeSettings | None = None,
+def learn(clips: Sequence[Movement], clock: FrameClock, settings: VisemeSettings | None = None,
           view: np.ndarray | None = None) -> Visemes:
     """Return the dynamic visemes of a talker.
 
@@ -218,7 +218,7 @@ def point_view(face: Face) -> np.ndarray:
     return face.jacobian().reshape(len(face.names), -1)
 
 
-def _scale(clips: Sequence[Clip], whitening: float) -> np.ndarray:
+def _scale(clips: Sequence[Movement], whitening: float) -> np.ndarray:
     deviation = np.concatenate([c.trajectory for c in clips]).std(axis=0)
     return np.where(deviation > 0, deviation, 1.0) ** -whitening
 

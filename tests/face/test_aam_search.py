@@ -10,7 +10,7 @@ from face import search_cases as cases
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.search.find import detect, search
 from dnnvss.face.aam.search.fit import fit_search, learn_limits
-from dnnvss.face.aam.search.model import Limits, SearchModel, SearchSettings, build
+from dnnvss.face.aam.search.model import SearchLimits, SearchModel, SearchSettings, build
 from dnnvss.face.aam.search.shapes import Shapes, fit_shapes, mesh_for, slopes
 
 
@@ -86,7 +86,7 @@ def test_light_does_not_matter() -> None:
 
 @pytest.mark.parametrize("settings", [SearchSettings(), SearchSettings(colour="rgb"), SearchSettings(project_out=True)])
 def test_unseen_frames_are_found(settings: SearchSettings) -> None:
-    model = build(*cases.labelled(), settings, Limits(1.0, np.inf, 0.0))
+    model = build(*cases.labelled(), settings, SearchLimits(1.0, np.inf, 0.0))
     pictures, points = cases.clip(5)
     found = [search(model, i, model.shapes.mean + p.mean(axis=0)) for i, p in zip(pictures[::5], points[::5],
                                                                                    strict=True)]

@@ -16,9 +16,9 @@ import pytest
 from dnnvss.errors import DnnvssError
 from dnnvss.studio.bodies import DEPTH, read_body
 from dnnvss.studio.page import Asked, Content, Page, Route
-from dnnvss.studio.server import Limits, Server
+from dnnvss.studio.server import Server, ServerLimits
 
-QUICK = Limits(body=1000, connections=60, headers=0.6, sending=0.6, answering=5.0, ending=2.0)
+QUICK = ServerLimits(body=1000, connections=60, headers=0.6, sending=0.6, answering=5.0, ending=2.0)
 
 
 def failing(asked: Asked) -> Any:
@@ -42,7 +42,7 @@ def server(folder: Path) -> Iterator[Server]:
 
 
 @contextmanager
-def serving(folder: Path, limits: Limits = QUICK, slow: Callable[[], None] = lambda: None) -> Iterator[Server]:
+def serving(folder: Path, limits: ServerLimits = QUICK, slow: Callable[[], None] = lambda: None) -> Iterator[Server]:
     def echo(asked: Asked) -> Any:
         slow()
         return {"names": dict(asked.names), "query": dict(asked.query), "body": asked.body}
@@ -306,7 +306,7 @@ def test_an_idle_connection_ends(server: Server) -> None:
 
 def test_a_client_that_takes_nothing_ends(folder: Path) -> None:
     (folder / "sound.wav").write_bytes(bytes(30_000_000))
-    with serving(folder, Limits(answering=0.5, headers=0.5, ending=0.5)) as server, \
+    with serving(folder, ServerLimits(answering=0.5, headers=0.5, ending=0.5)) as server, \
             socket.create_connection(("127.0.0.1", server.port), timeout=6) as client:
         client.sendall(head(server, "GET /sound HTTP/1.1"))
         time.sleep(1.5)
@@ -321,7 +321,7 @@ def test_fifty_clients_at_once_are_all_answered(server: Server) -> None:
 
 
 def test_connections_are_bounded(folder: Path) -> None:
-    with serving(folder, Limits(connections=3, headers=20)) as server:
+    with serving(folder, ServerLimits(connections=3, headers=20)) as server:
         held = [socket.create_connection(("127.0.0.1", server.port), timeout=5) for _ in range(3)]
         time.sleep(0.2)
         try:

@@ -16,8 +16,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, Settings, encode, expand
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.visemes import (
-    Clip,
     GestureSettings,
+    Movement,
     Visemes,
     VisemeSettings,
     aligned_clip,
@@ -31,7 +31,7 @@ from dnnvss.visemes import (
 from dnnvss.visemes.units import shapes
 
 CLOCK = FrameClock(100)
-Talker = tuple[list[Alignment], list[Clip]]
+Talker = tuple[list[Alignment], list[Movement]]
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,8 @@ def test_the_tier_feeds_the_feature_table(talker: Talker) -> None:
 def test_a_view_chooses_what_is_cut(talker: Talker) -> None:
     _, clips = talker
     noise = np.random.default_rng(0)
-    mixed = [Clip(np.hstack([c.trajectory, noise.normal(0, 5, (len(c.trajectory), 2))]), c.silence) for c in clips[:10]]
+    mixed = [Movement(np.hstack([c.trajectory, noise.normal(0, 5, (len(c.trajectory), 2))]), c.silence)
+             for c in clips[:10]]
     view = np.vstack([np.eye(8), np.zeros((2, 8))])
     visemes = learn(mixed, CLOCK, VisemeSettings(units=8, least=3), view)
     plain = learn(clips[:10], CLOCK, VisemeSettings(units=8, least=3))
@@ -168,7 +169,7 @@ def test_held_out_likelihood_peaks_at_the_number_of_classes() -> None:
         keys, s = poses[order] + random.normal(0, 0.15, (25, 3)), (np.arange(15) + 0.5) / 15
         ease = (s**3 * (10 - 15 * s + 6 * s**2))[:, None]
         movement = np.concatenate([a + (b - a) * ease for a, b in pairwise(keys)])
-        clips.append(Clip(movement, np.zeros(len(movement), bool)))
+        clips.append(Movement(movement, np.zeros(len(movement), bool)))
     choices = compare_units(clips, CLOCK, VisemeSettings(least=2, starts=5), [5, 13, 40])
     assert max(choices, key=lambda c: c.likelihood).units == 13
     assert choices[0].distortion > 3 * choices[1].distortion

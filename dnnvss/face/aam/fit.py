@@ -12,7 +12,7 @@ from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.decomposition import find_modes
 from dnnvss.face.aam.mesh import Warp, triangulate
 from dnnvss.face.aam.model import ActiveAppearanceModel
-from dnnvss.face.aam.outliers import LEAST_TEXTURE, Limits, texture_distance
+from dnnvss.face.aam.outliers import LEAST_TEXTURE, FrameLimits, texture_distance
 from dnnvss.face.aam.parts import supports
 from dnnvss.face.clips import Clip
 from dnnvss.face.outliers import LEAST_PARAMETERS, LEAST_SHAPE, LEAST_STABLE, shape_distance, spread_of
@@ -83,7 +83,7 @@ def fit_aam(
     del textures, seen
     modes = find_modes(rows, mean.size, config, supports(config.parts, layout, warp))
     bank = ColourBank.fit(colours, modes.parameters, config.clip_means) if colours else None
-    limits = Limits(stable_limit, shape_limit, robust_limit(modes.residuals, config.outlier, LEAST_TEXTURE),
+    limits = FrameLimits(stable_limit, shape_limit, robust_limit(modes.residuals, config.outlier, LEAST_TEXTURE),
                     robust_limit(modes.sizes, config.outlier, LEAST_PARAMETERS))
     return ActiveAppearanceModel(
         config, {g: (int(a), int(b)) for g, (a, b) in groups.items()}, reference, mean, warp, mean_texture,

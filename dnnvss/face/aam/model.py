@@ -14,7 +14,7 @@ from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.drawing import draw
 from dnnvss.face.aam.mesh import Warp
-from dnnvss.face.aam.outliers import Limits
+from dnnvss.face.aam.outliers import FrameLimits
 from dnnvss.face.aam.parts import part_names
 from dnnvss.face.base import Gauge, name_groups
 from dnnvss.face.lips import lip_pairs, mouth_gauges, parted
@@ -66,7 +66,7 @@ class ActiveAppearanceModel:
     shape_weight: float
     deviations: np.ndarray
     spread: np.ndarray
-    limits: Limits
+    limits: FrameLimits
     colours: ColourBank | None = None
 
     @cached_property
@@ -205,5 +205,5 @@ def _loaded(path: Path) -> ActiveAppearanceModel:
         PoseReference(arrays["stable"], settings["smoothing"], config.alignment == "rigid"), arrays["mean_shape"],
         Warp(arrays["texture_shape"], arrays["triangles"], settings["scale"]), arrays["mean_texture"],
         arrays["shape_modes"], arrays["texture_modes"], settings["shape_weight"], arrays["deviations"],
-        arrays["spread"], Limits(**settings["limits"]),
+        arrays["spread"], FrameLimits(**settings["limits"]),
         ColourBank.from_arrays(arrays) if config.colour == "luminance" else None)

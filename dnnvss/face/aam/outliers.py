@@ -11,11 +11,11 @@ def texture_distance(textures: np.ndarray, centre: np.ndarray) -> np.ndarray:
 
 
 LEAST_TEXTURE = 3.0
-"""Grey levels below which the limit of :class:`Limits` is not set."""
+"""Grey levels below which the limit of :class:`FrameLimits` is not set."""
 
 
 @dataclass(frozen=True)
-class Limits:
+class FrameLimits:
     """The largest values that a frame may have; one above them is an outlier.
 
     Args:

@@ -14,7 +14,7 @@ _FLAT = 1e-3
 
 
 @dataclass(frozen=True)
-class Plan:
+class PaintPlan:
     """Where the triangles of some pictures lie: what is cheaper to find for many at once.
 
     Args:
@@ -75,7 +75,7 @@ class Painter:
         """The smallest kind of number that counts all triangles and the background: ``cv2.LUT`` reads bytes."""
         return np.uint8 if len(self.triangles) < _TABLE else np.uint16
 
-    def plan(self, points: np.ndarray) -> Plan:
+    def plan(self, points: np.ndarray) -> PaintPlan:
         """Return the plan of pictures with the mesh at ``points`` (B, V, 2)."""
         inverse, upright = _inverses(points, self.triangles)
         count = len(self.triangles)
@@ -83,7 +83,7 @@ class Painter:
         affine[:, :, :count] = np.moveaxis((self._corners @ inverse).reshape(len(points), count, 6), 1, 2)
         affine[:, :, count] = self.background.ravel()
         affine[:, 2::3] -= np.float32(0.5)  # remap counts from the centre of the first pixel
-        return Plan(points, inverse, upright, affine, self._fine_boxes(points))
+        return PaintPlan(points, inverse, upright, affine, self._fine_boxes(points))
 
     def maps(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where each pixel of the result is read: x and y (H, W_) float32, counted between pixel centres.
@@ -97,12 +97,12 @@ class Painter:
         """Return the result (H, W_, 3) with the mesh at ``points`` (V, 2), read from the source picture bicubically."""
         return self.paint_planned(picture, self.plan(points[None]), 0)
 
-    def paint_planned(self, picture: np.ndarray, plan: Plan, index: int) -> np.ndarray:
+    def paint_planned(self, picture: np.ndarray, plan: PaintPlan, index: int) -> np.ndarray:
         """Return the result (H, W_, 3) number ``index`` of a plan, read from the source picture bicubically."""
         x, y = self._maps(plan, index)
         return cv2.remap(picture, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
 
-    def _maps(self, plan: Plan, index: int) -> tuple[np.ndarray, np.ndarray]:
+    def _maps(self, plan: PaintPlan, index: int) -> tuple[np.ndarray, np.ndarray]:
         owner = self._owners(plan, index)
         look_up = cv2.LUT if owner.dtype == np.uint8 else _taken
         xx, xy, x0, yx, yy, y0 = (look_up(owner, row) for row in plan.affine[index])
@@ -115,7 +115,7 @@ class Painter:
         yx += y0
         return xx, yx
 
-    def _owners(self, plan: Plan, index: int) -> np.ndarray:
+    def _owners(self, plan: PaintPlan, index: int) -> np.ndarray:
         """Return the triangle (H, W_) that owns each pixel; the number K stands for the background."""
         owner: np.ndarray = np.full(self.size, len(self.triangles), dtype=self._owner_type)
         fixed, polygons = self._polygons
@@ -128,7 +128,7 @@ class Painter:
         self._own_exactly(owner, plan, index)
         return owner
 
-    def _own_exactly(self, owner: np.ndarray, plan: Plan, index: int) -> None:
+    def _own_exactly(self, owner: np.ndarray, plan: PaintPlan, index: int) -> None:
         """Give the pixels whose centres lie in one of the fine triangles to it."""
         left, top, right, bottom = plan.fine_boxes[index]
         drawn = plan.upright[index, self.fine]

@@ -10,7 +10,7 @@ from dnnvss.face.clips import Clip
 from dnnvss.face.outliers import LEAST_PARAMETERS, LEAST_SHAPE, LEAST_STABLE, shape_distance, spread_of
 from dnnvss.face.pca import components
 from dnnvss.face.point_set import Layout
-from dnnvss.face.points.model import Limits, PointsFace
+from dnnvss.face.points.model import PointLimits, PointsFace
 from dnnvss.face.points.pose import Reference, learn_reference, taken_out
 from dnnvss.face.points.settings import PointsSettings
 from dnnvss.robust import robust_limit
@@ -75,7 +75,7 @@ def fit_points(
     sizes = np.sqrt(((parameters / deviations) ** 2).mean(axis=1))
     whole = _tied(rows, parameters)
     whole[:, layout.rows] = modes
-    limits = Limits(stable, shape, robust_limit(sizes, settings.outlier, LEAST_PARAMETERS))
+    limits = PointLimits(stable, shape, robust_limit(sizes, settings.outlier, LEAST_PARAMETERS))
     return PointsFace(settings, {g: (int(a), int(b)) for g, (a, b) in groups.items()}, reference, mean[layout.rows],
                       modes, deviations, spread, limits, mean, whole)
 

@@ -23,7 +23,7 @@ _REMEDY = "Train again, or delete the file and run the same command"
 
 
 @dataclass(frozen=True)
-class Limits:
+class PointLimits:
     """The largest values that a frame may have; one above them is an outlier.
 
     Args:
@@ -66,7 +66,7 @@ class PointsFace:
     modes: np.ndarray
     deviations: np.ndarray
     spread: np.ndarray
-    limits: Limits
+    limits: PointLimits
     whole_mean: np.ndarray
     whole_modes: np.ndarray
 
@@ -173,4 +173,4 @@ def _loaded(path: Path) -> PointsFace:
         arrays["stable"], settings.pose_smoothing)
     groups = {name: (a, b) for name, (a, b) in text["groups"].items()}
     return PointsFace(settings, groups, reference, arrays["mean"], arrays["modes"], arrays["deviations"],
-                      arrays["spread"], Limits(**text["limits"]), arrays["whole_mean"], arrays["whole_modes"])
+                      arrays["spread"], PointLimits(**text["limits"]), arrays["whole_mean"], arrays["whole_modes"])

@@ -11,7 +11,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.guess import find_detector, moving_mouth, place
 from dnnvss.face.aam.labelling.schemes import Scheme
 from dnnvss.face.aam.labelling.sheet import NAME, Label, Sheet, new_sheet
-from dnnvss.face.aam.search.choose import Choice, choose_frames
+from dnnvss.face.aam.search.choose import ChosenFrame, choose_frames
 from dnnvss.formats.landmarks import write_pts
 from dnnvss.media import video_frames
 from dnnvss.media.folders import find_videos
@@ -48,7 +48,7 @@ def export(folder: Path, count: int, out: Path, scheme: Scheme, seed: int = 0) -
     return sheet.save(), placed
 
 
-def _add(sheet: Sheet, video: Path, chosen: Sequence[Choice], scheme: Scheme, root: Path,
+def _add(sheet: Sheet, video: Path, chosen: Sequence[ChosenFrame], scheme: Scheme, root: Path,
          placed: dict[str, int]) -> Sheet:
     """Return the sheet with the chosen frames of one video, whose pictures and guesses are written."""
     relative = video.relative_to(root)

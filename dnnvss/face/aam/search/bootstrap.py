@@ -14,7 +14,7 @@ from dnnvss.face.aam.search.find import Found, search
 from dnnvss.face.aam.search.fit import learn_limits
 from dnnvss.face.aam.search.model import SearchModel, build
 from dnnvss.face.aam.search.track import OK, Track
-from dnnvss.face.aam.search.view import views_of
+from dnnvss.face.aam.search.view import crops_of
 
 Frames = Callable[[], Iterable[np.ndarray]]
 """Reads a video anew: its frames (H, W_, 3) uint8, one after the other."""
@@ -95,7 +95,7 @@ def _code(model: SearchModel, image: np.ndarray, points: np.ndarray) -> np.ndarr
     """Return what a frame looks like: parameters of shape and of the coarse appearance, for their standard light."""
     level = model.levels[0]
     size = float(model.shapes.scale(points))
-    (view,) = views_of(image, points, size, [level.scale], model.settings.colour)
+    (view,) = crops_of(image, points, size, [level.scale], model.settings.colour)
     placed = view.inside(points.T.astype(np.float32))
     coefficients, _, _ = level.explain(level.sample(view.image, placed))
     gains = coefficients[level.channels:2 * level.channels]

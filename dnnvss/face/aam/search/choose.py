@@ -38,7 +38,7 @@ _SPREAD = 8
 
 
 @dataclass(frozen=True)
-class Choice:
+class ChosenFrame:
     """A frame to label: its video, and its number from 0."""
 
     video: Path
@@ -55,7 +55,7 @@ class _Sketch:
     reach: int
 
 
-def choose_frames(videos: Sequence[Path], count: int, seed: int = 0, most_videos: int = 120) -> list[Choice]:
+def choose_frames(videos: Sequence[Path], count: int, seed: int = 0, most_videos: int = 120) -> list[ChosenFrame]:
     """Return the ``count`` frames to label, sorted by video and frame; the same seed gives the same frames.
 
     Args:
@@ -90,7 +90,7 @@ def choose_frames(videos: Sequence[Path], count: int, seed: int = 0, most_videos
                           remedy="Give more video, or ask for fewer frames")
     rows = np.flatnonzero(usable)
     chosen = rows[spread_out(features[rows], count, seed)]
-    return sorted((Choice(Path(videos[owner[i]]), int(frame[i])) for i in chosen),
+    return sorted((ChosenFrame(Path(videos[owner[i]]), int(frame[i])) for i in chosen),
                   key=lambda c: (str(c.video), c.frame))
 
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from dnnvss.face.aam.search.model import SearchModel
-from dnnvss.face.aam.search.view import channels_of, views_of
+from dnnvss.face.aam.search.view import channels_of, crops_of
 
 _SAME = 1.25
 """A face that is larger or smaller than the labelled ones by less is searched in the picture's own pixels."""
@@ -60,7 +60,7 @@ def search(model: SearchModel, image: np.ndarray, start: np.ndarray, wide: bool 
     settings = model.settings
     points, parameters = model.shapes.project(np.asarray(start, np.float32).T / np.float32(size))
     iterations, converged, error, texture = 0, False, 1.0, np.zeros(1)
-    views = views_of(image, points.T * size, size, [level.scale for level in model.levels], settings.colour)
+    views = crops_of(image, points.T * size, size, [level.scale for level in model.levels], settings.colour)
     for level, view in zip(model.levels, views, strict=True):
         zoom, origin = view.zoom * np.float32(size), view.origin * view.zoom
         for _ in range(settings.iterations):

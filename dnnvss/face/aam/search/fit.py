@@ -7,7 +7,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.search.find import Found, search
-from dnnvss.face.aam.search.model import Limits, SearchModel, SearchSettings, build
+from dnnvss.face.aam.search.model import SearchLimits, SearchModel, SearchSettings, build
 from dnnvss.robust import robust_limit
 
 _FOLDS = 5
@@ -18,7 +18,7 @@ _SLACK, _LEAST = 3.0, 0.03
 _BLUR = 0.4
 """Share of the median sharpness of the labelled frames below which a frame counts as blurred."""
 _SHAPE = 2.2
-_UNBOUND = Limits(1.0, np.inf, 0.0)
+_UNBOUND = SearchLimits(1.0, np.inf, 0.0)
 
 
 def fit_search(images: Sequence[np.ndarray], points: np.ndarray, settings: SearchSettings | None = None) -> SearchModel:
@@ -46,10 +46,10 @@ def fit_search(images: Sequence[np.ndarray], points: np.ndarray, settings: Searc
     return replace(model, limits=learn_limits(unseen))
 
 
-def learn_limits(found: Sequence[Found]) -> Limits:
+def learn_limits(found: Sequence[Found]) -> SearchLimits:
     """Return the limits that frames known to be right set (robust, so that a few wrong ones among them do no harm)."""
     errors = np.array([f.error for f in found])
-    return Limits(robust_limit(errors, _DEVIATIONS, max(_SLACK * float(np.median(errors)), _LEAST)),
+    return SearchLimits(robust_limit(errors, _DEVIATIONS, max(_SLACK * float(np.median(errors)), _LEAST)),
                   max(robust_limit(np.array([f.unusual for f in found]), _DEVIATIONS), _SHAPE),
                   _BLUR * float(np.median([f.sharpness for f in found])))
 

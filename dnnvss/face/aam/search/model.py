@@ -15,7 +15,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.mesh import signed_area
 from dnnvss.face.aam.search.level import Level, fit_level
 from dnnvss.face.aam.search.shapes import Shapes, fit_shapes
-from dnnvss.face.aam.search.view import channels_of, views_of
+from dnnvss.face.aam.search.view import channels_of, crops_of
 from dnnvss.face.pose import fit_pose
 
 _FORMAT = 1
@@ -60,7 +60,7 @@ class SearchSettings:
 
 
 @dataclass(frozen=True)
-class Limits:
+class SearchLimits:
     """What an accepted frame may measure.
 
     Args:
@@ -92,7 +92,7 @@ class SearchModel:
     levels: tuple[Level, ...]
     patch: np.ndarray
     corner: np.ndarray
-    limits: Limits
+    limits: SearchLimits
 
     @cached_property
     def size(self) -> float:
@@ -142,10 +142,10 @@ class SearchModel:
         levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], settings.shape_prior,
                              settings.project_out or i < count - 1) for i, s in enumerate(arrays["scales"]))
         return cls(settings, shapes, levels, arrays["patch"], arrays["corner"],
-                   Limits(*(float(v) for v in arrays["limits"])))
+                   SearchLimits(*(float(v) for v in arrays["limits"])))
 
 
-def build(images: Sequence[np.ndarray], points: np.ndarray, settings: SearchSettings, limits: Limits,
+def build(images: Sequence[np.ndarray], points: np.ndarray, settings: SearchSettings, limits: SearchLimits,
           shapes: Shapes | None = None) -> SearchModel:
     """Return the model of labelled pictures (H, W_, 3) uint8 with points (N, P, 2), with given limits.
 
@@ -160,7 +160,7 @@ def build(images: Sequence[np.ndarray], points: np.ndarray, settings: SearchSett
     shrink = min(1.0, np.sqrt(settings.most_pixels / max(area, 1.0)) / settings.scales[-1])
     levels = []
     for scale in (s * shrink for s in settings.scales):
-        views = [views_of(i, p, 1.0, [scale], settings.colour)[0] for i, p in zip(images, points, strict=True)]
+        views = [crops_of(i, p, 1.0, [scale], settings.colour)[0] for i, p in zip(images, points, strict=True)]
         placed = [v.inside(p.T.astype(np.float32)).T for v, p in zip(views, points, strict=True)]
         levels.append(fit_level(shapes, [v.image for v in views], placed, scale, settings.appearance_variance,
                                 settings.shape_prior, settings.project_out or scale < settings.scales[-1] * shrink))

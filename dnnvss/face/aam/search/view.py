@@ -11,7 +11,7 @@ _MARGIN = 0.35
 
 
 @dataclass(frozen=True)
-class View:
+class Crop:
     """A part of a picture, scaled: picture ``image`` (h, w[, C]) float32, whose pixel is ``(picture - origin) * zoom``.
 
     Args:
@@ -29,9 +29,9 @@ class View:
         return (points - self.origin) * self.zoom
 
 
-def views_of(
+def crops_of(
     image: np.ndarray, points: np.ndarray, size: float, scales: Sequence[float], colour: str
-) -> list[View]:
+) -> list[Crop]:
     """Return what lies round points (P, 2) of a picture (H, W_, 3) uint8, at several scales.
 
     Args:
@@ -51,12 +51,12 @@ def views_of(
     return [_scaled(part, origin, scale / size) for scale in scales]
 
 
-def _scaled(part: np.ndarray, origin: np.ndarray, zoom: float) -> View:
+def _scaled(part: np.ndarray, origin: np.ndarray, zoom: float) -> Crop:
     height, width = part.shape[:2]
     if abs(zoom - 1) > 1e-6:
         target = max(round(width * zoom), 2), max(round(height * zoom), 2)
         part = cv2.resize(part, target, interpolation=cv2.INTER_AREA if zoom < 1 else cv2.INTER_LINEAR)
-    return View(part, origin, np.array([[part.shape[1] / width], [part.shape[0] / height]], np.float32))
+    return Crop(part, origin, np.array([[part.shape[1] / width], [part.shape[0] / height]], np.float32))
 
 
 def channels_of(image: np.ndarray, colour: str) -> np.ndarray:
