@@ -9,9 +9,10 @@ from pathlib import Path
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.comparison import compare
+from dnnvss.evaluation.across import Side, compare_faces
+from dnnvss.evaluation.comparison import Predictions, compare
 from dnnvss.evaluation.page import write_page
-from dnnvss.evaluation.runs import make_bench, read_run
+from dnnvss.evaluation.runs import by_face, make_bench, read_run
 
 _HASH = re.compile("-[0-9a-f]{8}$")
 
@@ -37,6 +38,8 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
                  first: int = 5, seed: int = 0) -> Path:
     """Print all metrics of finished runs, write them as Markdown, JSON and HTML, and return the path of the page.
 
+    Runs of different faces are compared by the gauges that they share (:mod:`dnnvss.evaluation.across`).
+
     Args:
         folders: of the runs.
         out: where to write; ``evaluation`` in the first run's folder unless given.
@@ -48,17 +51,23 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
         DnnvssError: a folder of no finished run, runs of other test sentences, or a run that is named twice.
     """
     runs = [read_run(folder) for folder in folders]
-    bench = make_bench(runs, first)
     names = names or _names(list(folders))
-    systems = {name: run.arrays["predicted"] for name, run in zip(names, runs, strict=True)}
-    systems |= {f"{name}, {style}": own for name, run in zip(names, runs, strict=True)
-                for style, own in run.styled.items()}
-    result = compare(bench, systems, seed)
+    sides = {}
+    for face, group in by_face(dict(zip(names, runs, strict=True))).items():
+        systems: dict[str, Predictions] = {name: run.arrays["predicted"] for name, run in group.items()}
+        systems |= {f"{name}, {style}": own for name, run in group.items() for style, own in run.styled.items()}
+        sides[face] = Side(make_bench(list(group.values()), first), systems)
+    if len(sides) == 1:
+        shown = next(iter(sides.values()))
+        result = compare(shown.bench, shown.systems, seed)
+    else:
+        result, shown = compare_faces(sides, seed)
     print(result.table())
     out = out or folders[0] / "evaluation"
     files.write_text(out / "evaluation.md", result.markdown())
     files.write_json(out / "evaluation.json", result.to_json())
-    return write_page(out / "evaluation.html", result, bench, systems, dict(zip(names, folders, strict=True)))
+    return write_page(out / "evaluation.html", result, shown.bench, shown.systems,
+                      dict(zip(names, folders, strict=True)))
 
 
 def _names(folders: list[Path]) -> list[str]:

@@ -1,5 +1,6 @@
 """From run folders to what the harness measures: predictions, references, phones, and the face of the run."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -59,6 +60,39 @@ def read_run(folder: str | Path) -> RunData:
     arrays = {kind: files.read_arrays(places.prediction(kind), remedy) for kind in _KINDS}
     styled = {name: files.read_arrays(path, remedy) for name, path in places.styled().items()}
     return RunData(places.folder, RunSettings.load(places.folder), arrays, styled)
+
+
+def by_face(runs: Mapping[str, RunData]) -> dict[str, dict[str, RunData]]:
+    """Runs that were tested on the same sentences, by their faces: kind of face to name to run.
+
+    A second face of one kind is called ``aam 2``.
+
+    Raises:
+        DnnvssError: runs of other sentences, another corpus or another rate.
+    """
+    lead = next(iter(runs.values()))
+    found: dict[str, dict[str, RunData]] = {}
+    for name, run in runs.items():
+        same = run.clock == lead.clock and _lengths(run) == _lengths(lead)
+        if not same:
+            raise DnnvssError(f"was tested on other sentences or at another rate than {lead.folder}", file=run.folder,
+                              remedy="Compare runs of one corpus, split and rate")
+        own = next((group for group in found.values() if _one_face(run, next(iter(group.values())))), None)
+        if own is None:
+            kind = str(run.settings.face["kind"])
+            again = sum(face.split(" ")[0] == kind for face in found)
+            own = found.setdefault(kind if not again else f"{kind} {again + 1}", {})
+        own[name] = run
+    return found
+
+
+def _lengths(run: RunData) -> dict[str, int]:
+    return {i: len(reference) for i, reference in run.arrays["reference"].items()}
+
+
+def _one_face(run: RunData, other: RunData) -> bool:
+    own, references = run.arrays["reference"], other.arrays["reference"]
+    return all(np.array_equal(own[i], references[i]) for i in references)
 
 
 def make_bench(runs: list[RunData], first: int = 5) -> Bench:

@@ -154,13 +154,30 @@ def _key(kind: FaceKind, settings: FaceSettings, corpus: Corpus, splits: Mapping
 def _make(kind: FaceKind, settings: FaceSettings, corpus: Corpus, splits: Mapping[str, Sequence[str]], home: Path,
           progress: bool) -> None:
     """Fit, encode and report what is not there yet; the report is written last."""
-    face = _fitted(kind, settings, corpus, splits["train"], home / FACE, progress)
     everything = sorted({i for split in splits.values() for i in split})
-    clips = corpus_clips(corpus, [corpus.utterances[i] for i in everything])
-    dropped = _encode(kind, home, clips, progress)
+    dropped = _unfilmed(corpus, everything, splits["train"]) if kind.pictures else {}
+    face = _fitted(kind, settings, corpus, [i for i in splits["train"] if i not in dropped], home / FACE, progress)
+    clips = corpus_clips(corpus, [corpus.utterances[i] for i in everything if i not in dropped])
+    dropped |= _encode(kind, home, clips, progress)
     kept = [i for i in everything if i not in dropped]
     report = kind.report(face, corpus, splits, home / CODES, kept)
     files.write_json(home / REPORT, {"face": kind.name, **report, "dropped": dropped})
+
+
+def _unfilmed(corpus: Corpus, ids: Sequence[str], train: Sequence[str]) -> dict[str, str]:
+    """The utterances that have no video, each with that as its reason.
+
+    Raises:
+        DnnvssError: all training utterances are among them, or the landmarks of the corpus lie in space.
+    """
+    remedy = "Choose a face that needs no pictures: face=points"
+    if corpus.info.dimensions != 2:
+        raise DnnvssError(f"its landmarks have {corpus.info.dimensions} coordinates, and this face lies in the picture",
+                          file=corpus.root, remedy=remedy)
+    found = {i: "it has no video" for i in ids if corpus.utterances[i].video is None}
+    if all(i in found for i in train):
+        raise DnnvssError(f"none of the {len(train)} training utterances has a video", file=corpus.root, remedy=remedy)
+    return found
 
 
 def _fitted(kind: FaceKind, settings: FaceSettings, corpus: Corpus, train: Sequence[str], path: Path,

@@ -25,7 +25,9 @@ def run_name(settings: RunSettings, fingerprint: str) -> str:
     """
     kept = what_counts(settings, fingerprint)
     digest = hashlib.sha256(json.dumps([kept, __version__], sort_keys=True).encode()).hexdigest()[:8]
-    parts = [str(settings.corpus["name"]), settings.split, settings.labels_name, settings.model_name, digest]
+    kind = str(settings.face["kind"])
+    face = "" if kind == "aam" else kind
+    parts = [str(settings.corpus["name"]), settings.split, settings.labels_name, settings.model_name, face, digest]
     return "-".join(p for p in parts if p)
 
 

@@ -159,7 +159,7 @@ def test_a_corpus_without_pictures_says_which_face_needs_none(tmp_path: Path) ->
     toy = corpus(tmp_path / "toy")
     bare = [replace(u, video=None) for u in toy.utterances.values()]
     Corpus.write(toy.root, toy.info, bare, {"train": [u.id for u in bare]})
-    with pytest.raises(DnnvssError, match=r"toy\d: has no pictures.*face=points"):
+    with pytest.raises(DnnvssError, match=r"none of the 5 training utterances has a video.*face=points"):
         _encode(Corpus.open(toy.root), tmp_path / "face")
 
 

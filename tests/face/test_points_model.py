@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from face.points_cases import GROUPS, ROWS, SETTINGS, clip_of, clips, movement, planted, recorded, shape, turned
 from scipy.spatial.transform import Rotation
 
 from dnnvss.errors import DnnvssError
@@ -13,7 +14,6 @@ from dnnvss.face.kinds import face_kind, load_face
 from dnnvss.face.points import PointsCode, PointsFace, PointsSettings, fit_points
 from dnnvss.face.points.coding import encode_points
 from dnnvss.face.points.pose import SpaceReference, put_back, taken_out
-from tests.face.points_cases import GROUPS, ROWS, SETTINGS, clip_of, clips, movement, planted, recorded, shape, turned
 
 BOTH = pytest.mark.parametrize("dimensions", [2, 3])
 

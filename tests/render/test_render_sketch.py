@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from face.points_cases import GROUPS, SETTINGS, clips
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.points import PointsFace, fit_points
 from dnnvss.render.sketch import HEIGHT, Sketch
 from dnnvss.render.strokes import strokes_of
-from tests.face.points_cases import GROUPS, SETTINGS, clips
 
 
 @pytest.fixture(scope="module", params=[2, 3])
