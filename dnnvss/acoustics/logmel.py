@@ -6,8 +6,6 @@ from functools import cached_property, lru_cache
 from math import gcd
 
 import numpy as np
-import scipy.fft
-from scipy.signal import resample_poly
 
 from dnnvss.errors import DnnvssError
 from dnnvss.media import SPEECH_RATE, Sound
@@ -90,7 +88,7 @@ def log_mel(sound: Sound, definition: LogMel, clock: FrameClock, first: int, cou
     out = np.empty((count, definition.bands), np.float32)
     for low in range(0, count, _CHUNK):
         pieces = samples[starts[low : low + _CHUNK, None] + np.arange(size)] * window
-        power = np.abs(scipy.fft.rfft(pieces, definition.transform, axis=1)) ** 2 / (window**2).sum()
+        power = np.abs(np.fft.rfft(pieces, definition.transform, axis=1)) ** 2 / (window**2).sum()
         out[low : low + _CHUNK] = np.log(np.maximum(power @ filters.T, definition.floor))
     return out
 
@@ -116,5 +114,7 @@ def _resampled(sound: Sound) -> np.ndarray:
     samples = np.asarray(sound.samples, np.float64)
     if sound.rate == RATE:
         return samples
+    from scipy.signal import resample_poly  # here: it takes longer to load than all else that features need
+
     shared = gcd(sound.rate, RATE)
     return resample_poly(samples, RATE // shared, sound.rate // shared)
