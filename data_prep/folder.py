@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_prep.pipeline import Recipe, Source, prepare
+from data_prep.pipeline import Recipe, Source, own_lexicon, prepare
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss import files
@@ -68,7 +68,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
     own = marks.rate if rate is None else str(rate)
     recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
-                    lexicon=dict(lexicon or {}), sync=sync)
+                    lexicon=own_lexicon(lexicon), sync=sync)
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 

@@ -7,7 +7,7 @@ recognition", J. Acoust. Soc. Am. 120(5), 2006.
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_prep.pipeline import Recipe, Source, prepare
+from data_prep.pipeline import Recipe, Source, own_lexicon, prepare
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo
@@ -83,7 +83,7 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
     marks = read_marks(raw / "landmarks.json")
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, CREDIT)
     recipe = Recipe(info, read_splits(raw / "splits"), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
-                    scale=marks.scale, lexicon=LEXICON | dict(lexicon or {}), slack=word_slack,
+                    scale=marks.scale, lexicon=LEXICON | own_lexicon(lexicon), slack=word_slack,
                     sync=sync)
     delays = SOUND_DELAY | dict(sound_delay or {})
     sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0)) for i, video in sorted(videos.items())]

@@ -22,7 +22,7 @@ from data_prep.unfilmed import measured, sounded, told_rate
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance, checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
-from dnnvss.text.lexicon import pronunciations
+from dnnvss.text.lexicon import check_phones, pronunciations
 from dnnvss.timing import Alignment, FrameClock, fill_invalid
 
 Results = dict[str, dict[str, Any]]
@@ -95,6 +95,20 @@ class Recipe:
     adapt: bool = True
     limits: checkup.CheckupLimits = field(default_factory=checkup.CheckupLimits)
     speech_valid: float = 0.9
+
+
+def own_lexicon(given: Mapping[str, Any] | None) -> dict[str, str]:
+    """Pronunciations from the settings by word as text is compared: in lower case.
+
+    Raises:
+        DnnvssError: one that is no text of known phones.
+    """
+    found = {}
+    for word, phones in (given or {}).items():
+        if not isinstance(phones, str):
+            raise DnnvssError(f"corpus.importer.lexicon.{word} is {phones!r}", remedy="Give its phones, e.g. 'HH AY1'")
+        found[str(word).lower()] = " ".join(check_phones(phones, str(word)))
+    return found
 
 
 @dataclass(frozen=True)
@@ -288,14 +302,14 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
     names = [s.id for s in run.alive() if made[s.id]["sound"]]
     if not run.recipe.sync or not names:
         return dict.fromkeys(names, 0.0)
-    if len(names) < FEWEST:
-        print(f"sound and picture are taken as they are: {len(names)} clips are too few to tell ({FEWEST} needed)")
-        return dict.fromkeys(names, 0.0)
     seen = {}
     for name in names:
         marks = run.shop.arrays("landmarks", name)
         if (good := marks["valid"] & ~bad[name]).any():
             seen[name] = fill_invalid(marks["points"][..., :2], good), good
+    if len(seen) < FEWEST:
+        print(f"sound and picture are taken as they are: {len(seen)} clips are too few to tell ({FEWEST} needed)")
+        return dict.fromkeys(names, 0.0)
     sounds = {name: made[name]["sound"] for name in seen}
     rate = float(Fraction(made[names[0]]["rate"]))
     found = find_sync(run.shop, sounds, seen, run.recipe.info.landmark_groups, rate)

@@ -90,6 +90,8 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
 def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
     if not words:
         raise DnnvssError("there is no word to align", remedy="Give the text that was said")
+    if mute := [word for word, ways in words if not ways or not all(ways)]:
+        raise DnnvssError(f"the word {mute[0]!r} has no phones", remedy="Give its pronunciation")
     least = _LEAST * sum(min(map(len, ways)) for _, ways in words)
     if len(audio) < least * SPEECH_RATE:
         lasts = len(audio) / SPEECH_RATE
@@ -107,6 +109,8 @@ def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,
     whole = (0.0, len(audio) / SPEECH_RATE)
     spoken = (bounds[0][0], bounds[-1][1]) if bounds else spoken_part(audio)
     crop = (max(0.0, spoken[0] - slack), min(whole[1], spoken[1] + slack))
+    if not crop[1] - crop[0] >= 2 * _LEAST:  # the given times are not of this sound
+        crop = whole
     yield "spoken part", crop, 1.0, _BEAM
     yield "whole recording", whole, 1.0, _BEAM
     yield "spoken part at half gain", crop, 0.5, _BEAM

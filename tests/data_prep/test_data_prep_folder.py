@@ -7,12 +7,14 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from data_prep.demo import prepare_demo
 from data_prep.folder import _landmarks, prepare_folder
+from data_prep.pipeline import own_lexicon
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
@@ -340,3 +342,13 @@ def test_an_id_counts_once_in_a_split(raw: Path, tmp_path: Path) -> None:
     files.write_text(raw / "splits" / "test.txt", "demo_001\ndemo_002\ndemo_001\n")
     corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
     assert [u.id for u in corpus.split("test")] == ["demo_001", "demo_002"]
+
+
+@pytest.mark.parametrize("phones, said", [("QQ X", "unknown phones QQ X"), ("", "no phone"), (3, "lexicon.FOO is 3"),
+                                          (None, "lexicon.FOO is None")])
+def test_a_lexicon_of_ones_own_is_checked_before_hours_of_work(
+    raw: Path, tmp_path: Path, phones: Any, said: str
+) -> None:
+    with pytest.raises(DnnvssError, match=said):
+        prepare_folder(raw, tmp_path / "out", jobs=1, lexicon={"FOO": phones})
+    assert own_lexicon({"FOO": "f uw1", "bar": "B AA1 R"}) == {"foo": "F UW1", "bar": "B AA1 R"}

@@ -149,3 +149,15 @@ def test_words_are_found_over_phones_that_differ_a_little():
         words_over(phones, [("moon", [("M", "UW", "N")]), ("river", [("R", "IH", "V", "ER")])])
     with pytest.raises(DnnvssError, match="no phone is left for the word 'a'"):
         words_over(phones, [("the", [("DH", "IY")]), ("cats", [("K", "AA", "T", "S")]), ("a", [("AH",)])])
+
+
+@pytest.mark.parametrize("bounds", [(50.0, 51.0), (-9.0, -8.0), (2.0, 0.1)])
+def test_given_times_that_are_not_of_this_sound_do_no_harm(speech, bounds):
+    found = align(speech, ways(TEXT), [bounds] * len(TEXT.split()))
+    assert found.alignment["words"].labels == align(speech, ways(TEXT)).alignment["words"].labels
+
+
+@pytest.mark.parametrize("pronunciation", [[], [()]])
+def test_a_word_without_phones_is_refused(speech, pronunciation):
+    with pytest.raises(DnnvssError, match="the word 'hush' has no phones"):
+        align(speech, [*ways(TEXT), ("hush", pronunciation)])
