@@ -27,11 +27,10 @@ from lightning.pytorch.callbacks import Callback
 from synthetic import all_features, synthetic_store
 from torch.utils.data import DataLoader
 from training import (
-    DIMENSIONS,
-    STREAMS,
     Job,
     bare_trainer,
     drawn,
+    fit_module,
     new_network,
     ours,
     peer,
@@ -43,7 +42,6 @@ from dnnvss.features import CodeStore, FeatureTable
 from dnnvss.systems import feedforward
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.training.batches import Blocks, FrameBatches
-from dnnvss.training.module import FrameRegression
 from dnnvss.training.precision import has_bf16
 
 DENSE_FRAMES = 12_000  # of the peer's file
@@ -102,7 +100,7 @@ class Epochs(Callback):
 
 def whole_epoch(job: Job, batches: FrameBatches, table: FeatureTable, precision: str) -> float:
     """Return the seconds of the second of two epochs."""
-    module = FrameRegression(new_network(job, table), job.settings, STREAMS, DIMENSIONS)
+    module = fit_module(job, new_network(job, table))
     epochs = Epochs()
     bare_trainer(job, precision, epochs, 2).fit(module, DataLoader(Blocks(batches), batch_size=None))
     return epochs.seconds[1]

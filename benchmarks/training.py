@@ -33,8 +33,10 @@ from dnnvss.features import CodeStore, FeatureTable, NumericScaler, expand
 from dnnvss.systems import FeedForward
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import Blocks, FrameBatches
-from dnnvss.training.module import FrameRegression
+from dnnvss.training.module import FitModule
 from dnnvss.training.precision import has_bf16
+from dnnvss.training.recipe import descent
+from dnnvss.training.regression import FrameRegression
 
 FRAMES, STREAMS, DIMENSIONS = 12_000, 3, 30
 SECONDS = 4.0  # of a round
@@ -114,9 +116,15 @@ def bare_trainer(job: Job, precision: str, callback: Callback, epochs: int = 10*
                      enable_checkpointing=False, enable_progress_bar=False, enable_model_summary=False)
 
 
+def fit_module(job: Job, network: nn.Module) -> FitModule:
+    """Return what Lightning trains."""
+    recipe = descent(job.settings, getattr(network, "members", 1))
+    return FitModule(network, FrameRegression(job.settings, STREAMS, DIMENSIONS), recipe, job.settings)
+
+
 def ours(job: Job, batches: FrameBatches, network: nn.Module, precision: str = "32-true") -> Callable[[], float]:
     """Return what measures a step of ours, in seconds."""
-    module = FrameRegression(network, job.settings, STREAMS, DIMENSIONS)
+    module = fit_module(job, network)
 
     def round_() -> float:
         watch = Watch(SECONDS)

@@ -106,7 +106,8 @@ def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratc
     Args:
         settings: of the run.
         corpus, encoded: utterances and their parameters.
-        scratch: folder from which targets are mapped, so that many hours do not fill the memory; in memory if None.
+        scratch: the run's folder, from which targets are mapped, so that many hours do not fill the memory, and in
+            which fits that are killed leave what they need to go on; neither if None.
 
     Raises:
         DnnvssError: a split with nothing to learn from.
@@ -115,7 +116,7 @@ def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratc
     if "visemes" not in task.table.sources:
         return Material(settings, corpus, encoded, split_examples(task, corpus, encoded, settings.split, None, scratch))
     plan = UnitPlan.from_config(settings.visemes)
-    units = corpus_units(corpus, encoded, settings.split, task.clock, plan)
+    units = corpus_units(corpus, encoded, settings.split, task.clock, plan, scratch)
     tiers = units.tiers(plan, encoded.splits["train"])
     examples = split_examples(task, corpus, encoded, settings.split, tiers, scratch)
     return Material(settings, corpus, encoded, examples, plan, units)
@@ -128,7 +129,8 @@ def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
     """
     settings, examples, places = material.settings, material.examples, RunFiles(folder)
     if settings.trainer["refine"] and isinstance(model, NetworkModel):
-        model.refine(examples["train"], examples["val"], partial(mlpg, windows=settings.task.windows))
+        model.refine(examples["train"], examples["val"], partial(mlpg, windows=settings.task.windows),
+                     folder / "refined")
     Run.save(folder, settings.task, model)
     if material.units:
         material.units.model.save(places.units)

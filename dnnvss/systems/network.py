@@ -1,27 +1,38 @@
 """A network behind the model interface: scaling, the fit, and prediction frame by frame."""
 
-from collections.abc import Mapping, Sequence
+import copy
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from dnnvss import files
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems import Example, Prediction, VisualModel
 from dnnvss.systems.base import READABLE, moments
+from dnnvss.systems.figures import trajectory_figure
 from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
-from dnnvss.training.refine import Clip, Join, refine
+from dnnvss.training.recipe import descent, steady
+from dnnvss.training.regression import FrameRegression
 from dnnvss.training.settings import LOG_VARIANCE, FitSettings
+from dnnvss.training.trajectories import Join, TrajectoryError
+from dnnvss.training.utterances import Measurement, UtteranceBatches
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _CHUNK = 4096  # frames a forward pass at prediction: bounds memory on an hour of text
+_AT_ONCE = 8
+"""Utterances a step of a refinement."""
 _STILL = 1e-4
 """Least deviation of a coefficient as a share of the largest one: what hardly moves in training is not blown up."""
 
@@ -78,54 +89,86 @@ class NetworkModel(VisualModel):
         A fit that was killed goes on from the last whole epoch kept in ``folder/checkpoints`` and ends with the same
         weights as one that was not.
         """
-        from dnnvss.training.fit import run_fit
-
         self.mean_, deviation = moments(train)
         self.deviation_ = np.maximum(deviation, _STILL * deviation.max(axis=1, keepdims=True) + 1e-8)
         self.scaler_ = NumericScaler.fit(_store(train))
         self.networks_: list[FrameNetwork] = []
-        sizes = {"streams": self.mean_.shape[0], "dimensions": self.mean_.shape[1]}
         if self.settings.fit.together and self.members > 1:
+            self._fit_together(train, val, folder)
+        else:
             for k in range(self.members):
-                torch.manual_seed(self.settings.fit.seed + k)
-                self.networks_.append(self._new_network())
-            stack = StackedNetworks(self.networks_)
-
-            def preview(example: Example) -> Prediction:
-                stack.unstack(self.networks_)
-                return self.predict(example)
-
-            run_fit(stack, self._batches(train, folder, self.settings.fit.seed, self.members),
-                    self._batches(val, folder, members=self.members), self.settings.fit, **sizes, folder=folder,
-                    preview=(val[0], preview))
-            stack.unstack(self.networks_)
-        for k in range(len(self.networks_), self.members):
-            settings = replace(self.settings.fit, seed=self.settings.fit.seed + k)
-            torch.manual_seed(settings.seed)
-            self.networks_.append(network := self._new_network())
-            home = folder / f"member_{k + 1}" if k else folder
-            run_fit(network, self._batches(train, home, settings.seed), self._batches(val, home), settings, **sizes,
-                    folder=home, preview=(val[0], self.predict))
+                home = folder / f"member_{k + 1}" if k else folder
+                self._fit_member(train, val, home, self.settings.fit.seed + k)
         for network in self.networks_:
             network.eval()
         self._fit_variance(val)
 
-    def refine(self, train: Sequence[Example], val: Sequence[Example], join: Join) -> None:
-        """Train the fitted networks on their generated trajectories: :func:`dnnvss.training.refine.refine`.
+    def _fit_member(self, train: Sequence[Example], val: Sequence[Example], folder: Path, seed: int) -> None:
+        settings = replace(self.settings.fit, seed=seed)
+        torch.manual_seed(seed)
+        self.networks_.append(network := self._new_network())
+        self._run(network, self._batches(train, folder, seed), self._batches(val, folder), settings, folder,
+                  partial(trajectory_figure, val[0], self.predict))
+
+    def _fit_together(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
+        settings = self.settings.fit
+        for k in range(self.members):
+            torch.manual_seed(settings.seed + k)
+            self.networks_.append(self._new_network())
+        stack = StackedNetworks(self.networks_)
+
+        def preview(example: Example) -> Prediction:
+            stack.unstack(self.networks_)
+            return self.predict(example)
+
+        self._run(stack, self._batches(train, folder, settings.seed, self.members),
+                  self._batches(val, folder, members=self.members), settings, folder,
+                  partial(trajectory_figure, val[0], preview))
+        stack.unstack(self.networks_)
+
+    def _run(self, network: nn.Module, train: FrameBatches, val: FrameBatches, settings: FitSettings, folder: Path,
+             figure: Callable[[], "Figure"]) -> None:
+        from dnnvss.training.fit import run_fit  # a run is opened without Lightning
+
+        objective = FrameRegression(settings, *self.mean_.shape)
+        run_fit(network, objective, descent(settings, getattr(network, "members", 1)), train, val, settings, folder,
+                figure)
+
+    def refine(self, train: Sequence[Example], val: Sequence[Example], join: Join, folder: Path) -> None:
+        """Train the fitted networks on their generated trajectories, see :class:`TrajectoryError`.
+
+        The passes that the settings ask for are made, and the weights of the best one kept, or those of before where
+        none is better. A refinement that was killed goes on from its last pass.
 
         Args:
-            train, val: examples.
+            train, val: examples; ``val`` chooses the pass.
             join: parameter generation of the task.
+            folder: of checkpoints.
         """
-        ours, held_out = [self._clip(e) for e in train], [self._clip(e) for e in val]
-        scale = torch.from_numpy(self.deviation_[0].astype(np.float32))
+        ours, held_out = [self._measurement(e) for e in train], [self._measurement(e) for e in val]
+        objective = TrajectoryError(self._decode, join, torch.from_numpy(self.deviation_[0].astype(np.float32)))
         for k, network in enumerate(self.networks_):
-            network.cpu().train()
-            settings = replace(self.settings.fit, seed=self.settings.fit.seed + k)
-            losses = refine(network, ours, held_out, self._decode, join, scale, settings)
+            network.cpu()
+            home = folder / f"member_{k + 1}" if k else folder
+            errors = self._refine_member(network, objective, ours, held_out, home, self.settings.fit.seed + k)
             network.eval()
-            print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in losses))
+            print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in errors))
         self._fit_variance(val)
+
+    def _refine_member(self, network: FrameNetwork, objective: TrajectoryError, train: Sequence[Measurement],
+                       val: Sequence[Measurement], folder: Path, seed: int) -> list[float]:
+        """The error before the first pass, and after each."""
+        from dnnvss.training.fit import alone, measure, run_fit
+
+        s, given = self.settings.fit, copy.deepcopy(network.state_dict())
+        settings = replace(alone(s), epochs=s.refine, patience=s.refine, learning_rate=s.refine_rate, seed=seed)
+        held = UtteranceBatches(val, _AT_ONCE)
+        before = measure(network, objective, held)
+        errors = run_fit(network, objective, steady(settings), UtteranceBatches(train, _AT_ONCE, seed), held, settings,
+                         folder)
+        if before < min(errors):
+            network.load_state_dict(given)
+        return [before, *errors]
 
     def predict(self, example: Example) -> Prediction:
         """Return mean streams and variances: predicted ones, or those of the errors on the validation frames.
@@ -212,11 +255,12 @@ class NetworkModel(VisualModel):
                             *drawn, members, normal=(self.mean_.ravel(), self.deviation_.ravel()),
                             alternatives=[_store(examples, k) for k in range(others)])
 
-    def _clip(self, e: Example) -> Clip:
+    def _measurement(self, e: Example) -> Measurement:
         frames = np.arange(len(e.codes))
         assert e.targets is not None and e.valid is not None
-        return Clip(torch.from_numpy(e.codes.active(frames)), torch.from_numpy(self.scaler_(e.codes.numeric(frames))),
-                    torch.from_numpy(np.ascontiguousarray(e.targets[:, 0])), torch.from_numpy(e.valid))
+        numeric = torch.from_numpy(self.scaler_(e.codes.numeric(frames)))
+        return Measurement(torch.from_numpy(e.codes.active(frames)), numeric,
+                           torch.from_numpy(np.ascontiguousarray(e.targets[:, 0])), torch.from_numpy(e.valid))
 
     @torch.inference_mode(False)  # in which a network that is moved could not be trained any more
     @torch.no_grad()

@@ -2,17 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.systems.feedforward import FeedForward
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training.batches import FrameBatches
+from dnnvss.training.classification import FrameClassification
+from dnnvss.training.recipe import one_cycle
 from dnnvss.training.settings import FitSettings
 from dnnvss.visemes import DecodingSettings, Evidence, Grammar, sample, viseme_tier, viterbi
 
@@ -41,10 +43,10 @@ class UnitNetwork:
 
     @classmethod
     def fit(cls, train: Sequence[tuple[FrameCodes, np.ndarray]], val: Sequence[tuple[FrameCodes, np.ndarray]],
-            units: int, hidden: Sequence[int], dropout: float, settings: FitSettings) -> "UnitNetwork":
-        """Return the network of the epoch with the least loss on the validation utterances.
+            units: int, hidden: Sequence[int], dropout: float, settings: FitSettings, folder: Path) -> "UnitNetwork":
+        """The network of the epoch with the least loss on the validation utterances.
 
-        The loss is the cross-entropy of the unit of each frame plus that of whether a gesture begins with the frame.
+        A fit that was killed goes on from its last epoch and ends with the same weights.
 
         Args:
             train: frame codes, and the unit and cut (T, 2) of each frame, by utterance.
@@ -53,45 +55,23 @@ class UnitNetwork:
             hidden: width of each layer.
             dropout: share of active columns left out in training.
             settings: those named in :data:`HEEDED`.
+            folder: of checkpoints.
 
         Raises:
             DnnvssError: the loss is not finite.
         """
+        from dnnvss.training.fit import alone, run_fit
+
         table = train[0][0].table
         torch.manual_seed(settings.seed)
         scaler = NumericScaler.fit(_store(train))
         network = FeedForward(table.binary_width, table.numeric_width, table.active_width, units + 1, hidden,
                               input_dropout=dropout)
         made = cls(table, units, tuple(hidden), network, scaler)
-        batches = made._batches(train, settings, settings.seed)
-        held = made._batches(val, settings, None)
-        optimizer = torch.optim.AdamW(network.parameters(), settings.learning_rate,
-                                      weight_decay=settings.weight_decay, fused=True)
-        steps, rise = settings.epochs * len(batches) + 1, settings.warmup
-        if abs(rise * steps - 1) < 1e-6:  # a rise that ends where it begins is divided by
-            rise += 1e-3 / steps
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, settings.learning_rate, total_steps=steps,
-                                                       pct_start=rise)
-        best, weights = np.inf, network.state_dict()
-        for epoch in range(settings.epochs):
-            batches.epoch = lambda epoch=epoch: epoch  # type: ignore[misc]
-            network.train()
-            for active, numeric, target in batches:
-                loss = made._loss(network(active, numeric), target)
-                optimizer.zero_grad()
-                loss.backward()
-                nn.utils.clip_grad_norm_(network.parameters(), settings.clip)
-                optimizer.step()
-                schedule.step()
-            network.eval()
-            with torch.inference_mode():
-                error = float(np.mean([float(made._loss(network(a, n), t)) for a, n, t in held]))
-            if not np.isfinite(error):
-                raise DnnvssError(f"the viseme network diverged in epoch {epoch} at learning rate "
-                                  f"{settings.learning_rate}", remedy="Lower visemes.predictor.fit.learning_rate")
-            if error < best:
-                best, weights = error, {k: v.clone() for k, v in network.state_dict().items()}
-        network.load_state_dict(weights)
+        ours = replace(alone(settings), patience=settings.epochs)
+        run_fit(network, FrameClassification(_diverged), one_cycle(ours), made._batches(train, ours, ours.seed),
+                made._batches(val, ours, None), ours, folder)
+        network.eval()
         return made
 
     @torch.inference_mode()
@@ -121,15 +101,16 @@ class UnitNetwork:
         return cls(table, state["units"], tuple(state["hidden"]), network.eval(),
                    NumericScaler.from_description(state["scaler"]))
 
-    def _loss(self, logits: Tensor, target: Tensor) -> Tensor:
-        unit = nn.functional.cross_entropy(logits[:, :-1], target[:, 0].long())
-        return unit + nn.functional.binary_cross_entropy_with_logits(logits[:, -1], target[:, 1])
-
     def _batches(self, pairs: Sequence[tuple[FrameCodes, np.ndarray]], settings: FitSettings,
                  seed: int | None) -> FrameBatches:
         targets = np.concatenate([t for _, t in pairs]).astype(np.float32)
         drawn = (settings.batch_size, settings.share, seed) if seed is not None else (_CHUNK, 1.0, None)
         return FrameBatches(_store(pairs), self.scaler, targets, np.arange(len(targets)), *drawn)
+
+
+def _diverged(where: str, value: float) -> DnnvssError:
+    return DnnvssError(f"the viseme network diverged: {where} is {value:.4g}",
+                       remedy="Lower visemes.predictor.fit.learning_rate")
 
 
 def _store(pairs: Sequence[tuple[FrameCodes, np.ndarray]]) -> CodeStore:

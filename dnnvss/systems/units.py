@@ -5,9 +5,12 @@ text and phone times alone are *predicted*. Training utterances get predicted un
 them, so that a network can learn to live with their errors.
 """
 
+import contextlib
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +31,7 @@ from dnnvss.systems.unit_network import HEEDED, UnitNetwork, VisemePredictor, un
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
+from dnnvss.training.devices import process_number
 from dnnvss.training.settings import SHARING
 from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, gesture_view, learn, unit_scores
 from dnnvss.visemes.corpus import viseme_clips, viseme_settings
@@ -196,8 +200,8 @@ class CorpusUnits:
         return {"oracle": oracle, "predicted": predicted, "mixed": oracle + predicted}[source]
 
 
-def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock,
-                 plan: UnitPlan) -> CorpusUnits:
+def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan,
+                 scratch: Path | None = None) -> CorpusUnits:
     """Return the dynamic visemes of a corpus; they are kept beside its AAM codes for later runs.
 
     Args:
@@ -206,15 +210,29 @@ def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: Fr
         variant: of the splits; units and predictor are learnt on the training split alone.
         clock: of the trajectories.
         plan: see :class:`UnitPlan`; ``source`` and ``training`` do not matter here.
+        scratch: folder of this run alone, in which fits that are killed leave what they need to go on.
     """
     folder = corpus.root / "visemes" / f"{encoded.key}-{plan.key}-{str(clock).replace('/', '_')}"
     if not (folder / "tiers.json").is_file():
-        made = _learn(corpus, encoded, variant, clock, plan)
+        with _place_of_fits(scratch, folder.name) as fits:
+            made = _learn(corpus, encoded, variant, clock, plan, fits)
         made.model.save(folder / "units.pt")
         files.write_json(folder / "tiers.json", {i: {"oracle": _plain(made.oracle[i]),
                                                      "predicted": [_plain(t) for t in made.predicted[i]]}
                                                  for i in made.oracle})
     return _kept(folder)  # also where they are new, so that a run that goes on from here has the same ones
+
+
+@contextlib.contextmanager
+def _place_of_fits(scratch: Path | None, name: str) -> Iterator[Path]:
+    """A folder for the fits of this process, deleted once all of them have ended."""
+    if scratch is None:
+        with tempfile.TemporaryDirectory() as temporary:
+            yield Path(temporary)
+        return
+    place = scratch / f"visemes-{name}-{process_number()}"  # processes that share a run make units each
+    yield place
+    shutil.rmtree(place, ignore_errors=True)
 
 
 def _kept(folder: Path) -> CorpusUnits:
@@ -223,7 +241,8 @@ def _kept(folder: Path) -> CorpusUnits:
                        {i: [_tier(x) for x in t["predicted"]] for i, t in kept.items()})
 
 
-def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan) -> CorpusUnits:
+def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan,
+           folder: Path) -> CorpusUnits:
     clips = {name: viseme_clips(corpus.split(name, variant), encoded, clock) for name in SPLITS}
     visemes = learn(list(clips["train"].values()), clock, plan.learning,
                     gesture_view(encoded.face, plan.learning.gestures))
@@ -242,7 +261,8 @@ def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClo
     for fold in steps:
         held = set(train[fold :: plan.predictor.folds]) if fold < plan.predictor.folds else set()
         seen = [i for i in train if i not in held]
-        predictor = _fit_predictor(seen, val, codes, oracle, len(visemes), clock, plan.predictor)
+        predictor = _fit_predictor(seen, val, codes, oracle, len(visemes), clock, plan.predictor,
+                                   folder / f"fold_{fold + 1}")
         predicted |= {i: [predictor.tier(codes[i], corpus.utterances[i].alignment)] for i in held}
     model = UnitModel(visemes, predictor, plan.samples)
     predicted |= {i: model.tiers(corpus.utterances[i], codes[i]) for i in oracle if i not in predicted}
@@ -251,9 +271,9 @@ def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClo
 
 def _fit_predictor(train: Sequence[str], val: Sequence[str], codes: Mapping[str, FrameCodes],
                    oracle: Mapping[str, Tier], units: int, clock: FrameClock,
-                   settings: PredictorSettings) -> VisemePredictor:
+                   settings: PredictorSettings, folder: Path) -> VisemePredictor:
     seen, held = ([(codes[i], unit_targets(oracle[i], clock)) for i in ids] for ids in (train, val))
-    network = UnitNetwork.fit(seen, held, units, settings.hidden, settings.dropout, settings.fit)
+    network = UnitNetwork.fit(seen, held, units, settings.hidden, settings.dropout, settings.fit, folder)
     grammar = Grammar.of([unit_sequence(oracle[i], clock) for i in train], units)
     return VisemePredictor(network, grammar, settings.decoding, clock)
 

@@ -1,7 +1,7 @@
 """Random batches of frames, drawn from the codes of all utterances at once."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 import torch
@@ -114,6 +114,29 @@ def _joined(parts: Sequence[Any]) -> Any:
     return np.concatenate(parts) if isinstance(parts[0], np.ndarray) else torch.cat(list(parts))
 
 
+class Batches(Protocol):
+    """What a fit draws from; the order of an epoch depends on nothing but its number."""
+
+    epoch: Callable[[], int]
+
+    @property
+    def at_once(self) -> int:
+        """Batches that are best drawn at once."""
+        ...
+
+    def __len__(self) -> int:
+        """The batches of an epoch."""
+        ...
+
+    def __iter__(self) -> Iterator[Any]:
+        """The batches of an epoch in order."""
+        ...
+
+    def blocks(self, at_once: int) -> Iterator[list[Any]]:
+        """The batches of an epoch in order, drawn ``at_once`` at a time."""
+        ...
+
+
 class Blocks(IterableDataset):
     """Batches in blocks, for a fit that takes the steps of a block by itself.
 
@@ -122,11 +145,11 @@ class Blocks(IterableDataset):
         at_once: batches a block; as many as are drawn at once if left out.
     """
 
-    def __init__(self, batches: FrameBatches, at_once: int = 0) -> None:
+    def __init__(self, batches: Batches, at_once: int = 0) -> None:
         self.batches, self.at_once = batches, at_once or batches.at_once
 
     def __len__(self) -> int:
         return -(-len(self.batches) // self.at_once)
 
-    def __iter__(self) -> Iterator[list[Batch]]:
+    def __iter__(self) -> Iterator[list[Any]]:
         return self.batches.blocks(self.at_once)

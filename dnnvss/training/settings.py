@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from dnnvss.errors import DnnvssError
 from dnnvss.settings import check_settings, setting
 
 LOG_VARIANCE = (-7.0, 3.0)
@@ -81,15 +80,3 @@ class FitSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "trainer")
-
-    def diverged(self, where: str, value: float) -> DnnvssError:
-        """Return the error that ends a fit whose loss is no number, or far beyond what saying nothing costs.
-
-        Args:
-            where: what was measured, and when.
-            value: what it came to.
-        """
-        return DnnvssError(
-            f"training diverged: {where} is {value:.4g} at learning rate {self.learning_rate} ({self.optimizer}, "
-            f"reduction {self.reduction!r}, batch size {self.batch_size})",
-            remedy="Lower trainer.learning_rate or trainer.clip; the run folder keeps the last good checkpoint")

@@ -28,9 +28,9 @@ def gestures(example: Example) -> Tier:
     return Tier("visemes", [(a, b, "0" if p == "sil" else str(1 + ord(p[0]) % 3)) for a, b, p in tier])
 
 
-def predictor(examples: dict[str, list[Example]]) -> VisemePredictor:
+def predictor(examples: dict[str, list[Example]], folder: Path) -> VisemePredictor:
     pairs = {name: [(e.codes, unit_targets(gestures(e), CLOCK)) for e in examples[name]] for name in ("train", "val")}
-    network = UnitNetwork.fit(pairs["train"], pairs["val"], 4, [32], 0.1, SETTINGS)
+    network = UnitNetwork.fit(pairs["train"], pairs["val"], 4, [32], 0.1, SETTINGS, folder)
     grammar = Grammar.of([unit_sequence(gestures(e), CLOCK) for e in examples["train"]], 4)
     return VisemePredictor(network, grammar, DecodingSettings(), CLOCK)
 
@@ -41,8 +41,8 @@ def with_visemes(example: Example, tier: Tier) -> Example:
 
 
 @pytest.fixture(scope="module")
-def learnt(examples: dict[str, list[Example]]) -> VisemePredictor:
-    return predictor(examples)
+def learnt(examples: dict[str, list[Example]], tmp_path_factory: pytest.TempPathFactory) -> VisemePredictor:
+    return predictor(examples, tmp_path_factory.mktemp("visemes"))
 
 
 def test_targets_are_units_and_the_first_frame_of_each_gesture() -> None:
@@ -60,11 +60,12 @@ def test_units_that_follow_from_phones_are_found(learnt: VisemePredictor, exampl
         assert right.mean() > 0.85
 
 
-def test_a_rise_of_the_rate_that_lasts_one_step_is_no_division_by_zero(examples: dict[str, list[Example]]) -> None:
+def test_a_rise_of_the_rate_that_lasts_one_step_is_no_division_by_zero(examples: dict[str, list[Example]],
+                                                                         tmp_path: Path) -> None:
     pairs = [(e.codes, unit_targets(gestures(e), CLOCK)) for e in examples["train"]]
     frames = sum(len(codes) for codes, _ in pairs)
     short = replace(SETTINGS, epochs=3, batch_size=frames, warmup=0.25)  # four steps by the count of the schedule
-    assert UnitNetwork.fit(pairs, pairs, 4, [8], 0.1, short).units == 4
+    assert UnitNetwork.fit(pairs, pairs, 4, [8], 0.1, short, tmp_path).units == 4
 
 
 def test_one_batch_an_epoch_still_takes_its_inputs_from_all_alternatives(examples: dict[str, list[Example]],

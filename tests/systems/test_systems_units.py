@@ -28,7 +28,8 @@ def test_a_run_that_goes_on_has_the_units_of_the_first(tmp_path: Path, monkeypat
     fits: list[int] = []
     monkeypatch.setattr(units, "_learn", lambda *given: fits.append(1) or made)
     monkeypatch.setattr(UnitModel, "load", classmethod(lambda cls, path: path.read_text()))
-    given: Any = (SimpleNamespace(root=tmp_path), SimpleNamespace(key="face"), "own", CLOCK, SimpleNamespace(key="k"))
+    given: Any = (SimpleNamespace(root=tmp_path), SimpleNamespace(key="face"), "own", CLOCK, SimpleNamespace(key="k"),
+                  tmp_path / "scratch")
     first, again = units.corpus_units(*given), units.corpus_units(*given)
     assert fits == [1]
     assert first == again

@@ -16,10 +16,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import lightning  # noqa: F401  (once, before the forks)
 from conftest import CLOCK, TABLE, make_example, of_layers
 
-import dnnvss.training.fit
+import dnnvss.training.callbacks
 from dnnvss.systems import NetworkModel
 from dnnvss.training import FitSettings
-from dnnvss.training.module import FrameRegression
+from dnnvss.training.module import FitModule
 
 SETTINGS = FitSettings(epochs=3, batch_size=32, progress=False, figure_every=0, accelerator="cpu")
 
@@ -74,12 +74,12 @@ def half_written(number: int) -> Callable:
 
 def in_first_epoch() -> None:
     """Die before there is any checkpoint."""
-    FrameRegression.step = counted(FrameRegression.step, 3)  # type: ignore[method-assign]
+    FitModule.step = counted(FitModule.step, 3)  # type: ignore[method-assign]
 
 
 def in_an_epoch() -> None:
     """Die in the middle of the second epoch."""
-    FrameRegression.on_train_epoch_start = counted(FrameRegression.on_train_epoch_start, 2)  # type: ignore[method-assign]
+    FitModule.on_train_epoch_start = counted(FitModule.on_train_epoch_start, 2)  # type: ignore[method-assign]
 
 
 def writing_a_checkpoint() -> None:
@@ -89,8 +89,8 @@ def writing_a_checkpoint() -> None:
 
 def between_best_and_last() -> None:
     """Die when the best of the second epoch is written and the last is not."""
-    save = counted(dnnvss.training.fit.save_checkpoint, 3, before=False)
-    dnnvss.training.fit.save_checkpoint = save  # type: ignore[assignment]
+    save = counted(dnnvss.training.callbacks.save_checkpoint, 3, before=False)
+    dnnvss.training.callbacks.save_checkpoint = save  # type: ignore[assignment]
 
 
 POINTS = (in_first_epoch, in_an_epoch, writing_a_checkpoint, between_best_and_last)

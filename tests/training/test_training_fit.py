@@ -20,7 +20,7 @@ from dnnvss.systems.frame_network import FrameNetwork
 from dnnvss.training import FitSettings
 from dnnvss.training.checkpoints import load_checkpoint
 from dnnvss.training.devices import process_number
-from dnnvss.training.module import FrameRegression
+from dnnvss.training.module import FitModule
 
 SETTINGS = FitSettings(epochs=4, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
                        schedule="constant")
@@ -92,11 +92,11 @@ def test_a_full_disk_leaves_the_checkpoint_of_before(examples: dict[str, list[Ex
 
 def test_ctrl_c_in_the_fit_is_ctrl_c_for_the_caller(examples: dict[str, list[Example]], tmp_path: Path,
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(self: FrameRegression, *batch: object) -> None:
+    def interrupted(self: FitModule, *batch: object) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(FrameRegression, "training_step", interrupted)
+        patch.setattr(FitModule, "training_step", interrupted)
         with pytest.raises(KeyboardInterrupt):
             network().fit(examples["train"], examples["val"], tmp_path / "cut")
     resumed, whole = network(), network()
@@ -126,13 +126,13 @@ def test_a_fit_that_has_ended_is_not_taken_up_again(examples: dict[str, list[Exa
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither one that ran to its last epoch nor one that stopped early, however often it is called."""
     begun: list[int] = []
-    begin = FrameRegression.on_train_epoch_start
+    begin = FitModule.on_train_epoch_start
 
-    def counted(self: FrameRegression) -> None:
+    def counted(self: FitModule) -> None:
         begun.append(self.current_epoch)
         begin(self)
 
-    monkeypatch.setattr(FrameRegression, "on_train_epoch_start", counted)
+    monkeypatch.setattr(FitModule, "on_train_epoch_start", counted)
     hasty = replace(SETTINGS, learning_rate=0.3, batch_size=16, epochs=30, patience=2)
     for name, settings in (("ended", replace(hasty, epochs=8, patience=30)), ("stopped", hasty)):
         models = []
@@ -164,14 +164,14 @@ def test_a_run_folder_that_was_moved_resumes_to_the_same_weights(examples: dict[
 def test_the_average_keeps_no_history(examples: dict[str, list[Example]], tmp_path: Path,
                                       monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[bool] = []
-    end = FrameRegression.on_train_epoch_end
+    end = FitModule.on_train_epoch_end
 
-    def looked(self: FrameRegression) -> None:
+    def looked(self: FitModule) -> None:
         assert self.average is not None
         seen.extend(p.requires_grad for p in self.average.parameters())
         end(self)
 
-    monkeypatch.setattr(FrameRegression, "on_train_epoch_end", looked)
+    monkeypatch.setattr(FitModule, "on_train_epoch_end", looked)
     network(replace(SETTINGS, epochs=1, average=0.9)).fit(examples["train"], examples["val"], tmp_path)
     assert seen and not any(seen)
 

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 import torch
 from conftest import CLOCK, TABLE, of_layers
-from torch import nn
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.systems import Example, NetworkModel
 from dnnvss.training import FitSettings
-from dnnvss.training.module import FrameRegression
+from dnnvss.training.regression import FrameRegression
 
 SETTINGS = FitSettings(epochs=6, batch_size=32, learning_rate=3e-3, progress=False, figure_every=0, accelerator="cpu",
                        schedule="constant", refine=3, refine_rate=1e-3)
@@ -32,12 +31,12 @@ def trajectory_error(model: NetworkModel, examples: list[Example]) -> float:
 
 
 def test_gaussian_loss_by_hand() -> None:
-    module = FrameRegression(nn.Identity(), replace(SETTINGS, stream_weights=(1.0,)), streams=1, dimensions=2)
+    objective = FrameRegression(replace(SETTINGS, stream_weights=(1.0,)), streams=1, dimensions=2)
     target, log4 = torch.tensor([[1.0, 2.0]]), float(np.log(4))
     predicted = torch.tensor([[3.0, 2.0, log4, 0.0]])  # errors 2 and 0, variances 4 and 1
     first, second = 0.5 * (4 / 4 + log4) * 2, 0.0  # times the root of the variance
-    assert module.loss(predicted, target).item() == pytest.approx((first + second) / 2)
-    assert module.loss(predicted[:, :2], target).item() == pytest.approx(2.0)
+    assert objective.error(predicted, target).item() == pytest.approx((first + second) / 2)
+    assert objective.error(predicted[:, :2], target).item() == pytest.approx(2.0)
 
 
 def test_variances_are_learnt_where_they_differ(tmp_path: Path, examples: dict[str, list[Example]]) -> None:
@@ -66,7 +65,7 @@ def test_refining_lowers_the_trajectory_error_and_restores(
     model = network(variances=variances)
     model.fit(examples["train"], examples["val"], tmp_path)
     before = trajectory_error(model, examples["val"])
-    model.refine(examples["train"], examples["val"], JOIN)
+    model.refine(examples["train"], examples["val"], JOIN, tmp_path / "refine")
     assert trajectory_error(model, examples["val"]) < before
     other = network(variances=variances)
     other.load_state(model.state())
@@ -89,10 +88,10 @@ def test_clips_without_a_measured_frame_say_nothing(tmp_path: Path, examples: di
     state = model.state()
     results = []
     unseen = [replace(e, valid=np.zeros_like(e.valid)) for e in examples["test"]] * 4  # eight: a whole group
-    for more in ([], unseen):
+    for name, more in (("alone", []), ("more", unseen)):
         again = network(blind)
         again.load_state(state)
-        again.refine(examples["train"], [*more, *examples["val"]], JOIN)
+        again.refine(examples["train"], [*more, *examples["val"]], JOIN, tmp_path / name)
         results.append(again.predict(examples["test"][0]).mean)
     np.testing.assert_array_equal(*results)
     assert not np.array_equal(results[0], model.predict(examples["test"][0]).mean)
@@ -102,4 +101,4 @@ def test_divergence_is_named(tmp_path: Path, examples: dict[str, list[Example]])
     model = network(replace(SETTINGS, epochs=1, refine_rate=1e30))
     model.fit(examples["train"], examples["val"], tmp_path)
     with pytest.raises(DnnvssError, match="refine_rate"):
-        model.refine(examples["train"], examples["val"], JOIN)
+        model.refine(examples["train"], examples["val"], JOIN, tmp_path / "refine")

@@ -14,7 +14,8 @@ from dnnvss.systems import Example, FeedForward
 from dnnvss.training import FitSettings, precision
 from dnnvss.training.allocator import keep_freed_memory
 from dnnvss.training.batches import FrameBatches
-from dnnvss.training.module import FrameRegression
+from dnnvss.training.recipe import descent
+from dnnvss.training.regression import FrameRegression
 
 STREAMS, DIMENSIONS = 3, 3
 SGD = FitSettings(optimizer="sgd", learning_rate=0.1, stream_weights=(1.0,) * STREAMS, clip=0.25)
@@ -54,16 +55,16 @@ class Dense(nn.Module):
 def test_steps_equal_those_of_a_dense_network_and_plain_sgd(examples: dict[str, list[Example]]) -> None:
     torch.manual_seed(0)
     network = FeedForward(TABLE.binary_width, TABLE.numeric_width, TABLE.active_width, STREAMS * DIMENSIONS, [24, 24])
-    module, dense = FrameRegression(network, SGD, STREAMS, DIMENSIONS), Dense(network)
-    fast = torch.optim.SGD(module.parameters(), SGD.learning_rate, SGD.momentum, fused=True)
+    objective, recipe, dense = FrameRegression(SGD, STREAMS, DIMENSIONS), descent(SGD), Dense(network)
+    fast = recipe.optimizer(network.parameters())
     plain = torch.optim.SGD(dense.parameters(), SGD.learning_rate, SGD.momentum)
     clipped = 0
     for active, numeric, target in batches(examples["train"]):
-        losses = module.loss(network(active, numeric), target), (dense(active, numeric) - target).square().mean()
+        losses = objective.loss(network, (active, numeric, target)), (dense(active, numeric) - target).square().mean()
         for loss, optimizer in zip(losses, (fast, plain), strict=True):
             optimizer.zero_grad()
             loss.backward()
-        module.clip()
+        recipe.clip(list(network.parameters()))
         clipped += nn.utils.clip_grad_norm_(dense.parameters(), SGD.clip).item() > SGD.clip
         fast.step(), plain.step()
         torch.testing.assert_close(*losses, rtol=1e-4, atol=1e-5)
