@@ -63,7 +63,7 @@ class LabelDesk:
         """
         try:
             points, done = np.asarray(value["points"], dtype=float), value["done"]
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, OverflowError, TypeError, ValueError) as error:
             raise DnnvssError(f"the page sent {str(value)[:80]!r}", remedy="Load the page again") from error
         if not isinstance(done, bool) or points.ndim != 2:
             raise DnnvssError(f"the page sent {str(value)[:80]!r}", remedy="Load the page again")

@@ -249,3 +249,18 @@ def test_the_toy_face_is_no_stranger_to_itself(tmp_path: Path) -> None:
         write_picture(tmp_path / label.image, picture(i))
         whole.write(label.image, face(1.2 * i), True)
     assert doubts(whole) == []
+
+
+def test_points_in_one_place_are_doubtful_and_spoil_no_other(tmp_path: Path) -> None:
+    whole = sheet(tmp_path, 8, done=True)
+    for i, label in enumerate(whole.labels):
+        whole = whole.write(label.image, POINTS + i if i else np.full_like(POINTS, 9.0), done=True)
+    assert [(d.image, d.problem) for d in doubts(whole)] == [("a_0.png", "lips 0 and lips 1 are one point")]
+
+
+def test_points_that_a_file_cannot_hold_are_not_written(tmp_path: Path) -> None:
+    whole = sheet(tmp_path)
+    before = (tmp_path / "a_1.pts").read_bytes()
+    with pytest.raises(DnnvssError, match=r"a_1\.pts: lips 0 is \[1e\+300, 40.0\]"):
+        whole.write("a_1.png", np.where(POINTS[0, 0] == POINTS, 1e300, POINTS), done=True)
+    assert (tmp_path / "a_1.pts").read_bytes() == before

@@ -59,8 +59,10 @@ def _single(sheet: Sheet, label: Label, points: np.ndarray, size: tuple[int, int
 def _strangers(sheet: Sheet, shapes: dict[str, np.ndarray]) -> Iterator[Doubt]:
     """Yield the finished labels with a point far from where the others have it, every shape turned onto their mean.
 
-    Far is more than a robust number of deviations of that point, and more than a share of the shape's size.
+    Far is more than a robust number of deviations of that point, and more than a share of the shape's size. Points that
+    all lie in one place have no shape to compare.
     """
+    shapes = {image: points for image, points in shapes.items() if np.ptp(points, axis=0).max() > 1e-3}
     if len(shapes) < _NEEDED:
         return
     stack = np.stack(list(shapes.values()))

@@ -14,6 +14,8 @@ from dnnvss.face.aam.labelling.schemes import SCHEMES, Scheme
 from dnnvss.formats.landmarks import read_pts, write_pts
 
 NAME = "labels.json"
+FAR = 1e6
+"""Pixels beyond which a point is a mistake of whoever wrote it."""
 _REMEDY = "Choose frames first: dnnvss label choose VIDEOS --out FOLDER"
 _LABEL = "Label it on the page (dnnvss label page FOLDER), or take it out of labels.json"
 
@@ -114,7 +116,7 @@ class Sheet:
         return self.checked(files.read(path, read_pts, _LABEL).astype(float), path)
 
     def checked(self, points: np.ndarray, path: Path) -> np.ndarray:
-        """Return points (P, 2), if there are P and all are finite.
+        """Return points (P, 2), if there are P and all are finite and less than :data:`FAR` from the picture's corner.
 
         Raises:
             DnnvssError: names the file and the first group and point that is wrong.
@@ -122,8 +124,8 @@ class Sheet:
         points = np.asarray(points, dtype=float)
         if points.shape != (self.count, 2):
             raise DnnvssError(f"holds {len(points)} points, and the labels have {self.count}", file=path, remedy=_LABEL)
-        if not np.isfinite(points).all():
-            bad = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        if not (fine := np.abs(points) < FAR).all():
+            bad = int(np.flatnonzero(~fine.all(axis=1))[0])
             raise DnnvssError(f"{self.name_of(bad)} is {points[bad].tolist()}", file=path, remedy=_LABEL)
         return points
 
