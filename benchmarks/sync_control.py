@@ -15,6 +15,7 @@ from data_prep import sync
 from data_prep.stages import FOLDER, Workshop
 from dnnvss import files
 from dnnvss.corpus import Corpus
+from dnnvss.runs.files import RunFiles
 
 FIRST = 5
 """Leading coefficients that the correlation averages over."""
@@ -30,7 +31,7 @@ def main() -> None:
     kept = sorted((arguments.corpus / FOLDER / "sync").glob("*.json"), key=lambda p: p.stat().st_mtime)
     taken = files.read_json(kept[-1], "Prepare the corpus with corpus.importer.sync=true")["late"]
     first = _first_halves(corpus)
-    arrays = {name: files.read_arrays(arguments.run / "predictions" / f"{name}.npz")
+    arrays = {name: files.read_arrays(RunFiles(arguments.run).prediction(name))
               for name in ("predicted", "reference", "speech")}
     rate = 100.0
     scores: dict[str, list[float]] = {"as distributed": [], "by the first half": [], "by the whole clip": []}

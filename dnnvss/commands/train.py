@@ -1,7 +1,6 @@
 """Trains a system, evaluates it, and leaves a run folder."""
 
 import math
-from pathlib import Path
 
 from omegaconf import DictConfig
 
@@ -26,14 +25,15 @@ def train(config: DictConfig) -> float:
     corpus = Corpus.open(settings.corpus_folder)
     model = new_model(settings)
     folder, helper = run_folder(settings, corpus.fingerprint), process_number() > 0
+    places = RunFiles(folder)
     if begin(folder, settings, corpus, first=not helper):
-        return _told(folder)
+        return _told(places)
     encoded = encode(settings, corpus)
     for utterance, reason in encoded.dropped.items():
         print(f"left out: utterance {utterance}: {reason}")
     material = gather(settings, corpus, encoded, scratch=folder)
     print(f"training {settings.model_name} on {len(material.examples['train'])} utterances; "
-          f"TensorBoard: {RunFiles(folder).tensorboard}")
+          f"TensorBoard: {places.tensorboard}")
     model.fit(material.examples["train"], material.examples["val"], folder)
     if helper:  # the first process of those that share the fit does the rest
         return math.nan
@@ -45,13 +45,13 @@ def train(config: DictConfig) -> float:
     if settings.sample:
         write_samples(Run.open(folder), corpus, material.examples["test"][0].id, found.report)
     found.finish(folder)
-    print(f"\nwrote {folder}: metrics.md, metrics.json, figures/, predictions/, model.pt")
+    kept = ", ".join(path.name for path in (places.page, places.metrics, places.predictions, places.model))
+    print(f"\nwrote {folder}: {kept}")
     return found.headline
 
 
-def _told(folder: Path) -> float:
+def _told(places: RunFiles) -> float:
     """Print what a finished run was worth and return its headline."""
-    places = RunFiles(folder)
-    print(f"{folder} is finished; overwrite=true trains it anew\n")
+    print(f"{places.folder} is finished; overwrite=true trains it anew\n")
     print(places.page.read_text(encoding="utf-8"))
     return float(files.read_json(places.metrics)["headline"])
