@@ -177,6 +177,8 @@ def test_points_are_dragged_in_a_browser_and_the_files_follow(served: Served, tm
                 .getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }})()""")
             return float(found[0]), float(found[1])
 
+        browser.call("Page.addScriptToEvaluateOnNewDocument", source="""window.refused = [];
+            addEventListener('securitypolicyviolation', e => refused.push(e.violatedDirective + ' ' + e.blockedURI))""")
         browser.call("Page.navigate", url=served.url)
         browser.wait("document.querySelectorAll('#points circle').length == 6")
         pixel = float(browser.ask("view.getBoundingClientRect().width / box.width"))
@@ -213,6 +215,24 @@ def test_points_are_dragged_in_a_browser_and_the_files_follow(served: Served, tm
         browser.wait("document.getElementById('said').classList.contains('bad')")
         assert "5 points" in browser.ask("document.getElementById('said').textContent")
         assert (folder / "a_2.pts").read_bytes() == before
+        assert browser.ask("refused") == []  # the page does all this under its own policy
+
+
+@pytest.mark.skipif(not CHROMIUM, reason="needs the program chromium to open the page")
+def test_another_page_in_the_browser_can_neither_read_nor_write(served: Served, tmp_path: Path) -> None:
+    folder = served.desk.folder
+    before = (folder / "a_0.pts").read_bytes()
+    body = json.dumps({"points": (POINTS + 5).tolist(), "done": True})
+    with open_browser(tmp_path / "profile") as browser:
+        browser.call("Page.navigate", url="data:text/html,elsewhere")
+        browser.wait("document.body.textContent == 'elsewhere'")
+        for kind, mode in (("text/plain", "no-cors"), ("application/json", "cors")):
+            sent = f"""fetch('{served.url}points/a_0.png', {{method: 'POST', mode: '{mode}',
+                body: JSON.stringify({body}), headers: {{'Content-Type': '{kind}'}}}})
+                .then(a => a.type, e => 'refused')"""
+            assert browser.ask(sent) in ("opaque", "refused")
+        assert browser.ask(f"fetch('{served.url}labels').then(a => a.text(), e => 'refused')") == "refused"
+    assert (folder / "a_0.pts").read_bytes() == before and not Sheet.open(folder).done
 
 
 def test_ctrl_c_ends_the_page_with_all_saved(served: Served) -> None:
