@@ -20,7 +20,9 @@ from pathlib import Path
 import numpy as np
 from omegaconf import OmegaConf
 
+from dnnvss.commands.arguments import parse_arguments
 from dnnvss.commands.compose import compose
+from dnnvss.commands.speak import COMMAND
 from dnnvss.corpus import Utterance
 from dnnvss.curves import mlpg, resample
 from dnnvss.render.pictures import Pictures
@@ -30,7 +32,6 @@ from dnnvss.style.generator import make_style
 from dnnvss.synthesis.speak import replace_unseen
 from dnnvss.text.sentence import parse
 
-CONF = Path(__file__).parents[1] / "conf"
 TEXT = "place red at g nine now, please"
 STAGES = ("text", "durations", "codes", "network", "MLPG", "articulated instead", "first picture")
 TO_TRAJECTORY = STAGES[:5]
@@ -91,7 +92,7 @@ def main() -> None:
     for folder in options.runs:
         run, timed = Run.open(folder), Stopwatch()
         renderer = run.pictures()
-        style = make_style(OmegaConf.to_container(compose(CONF, "synth", []).style), run.face)
+        style = make_style(OmegaConf.to_container(compose(parse_arguments(COMMAND, [])).style), run.face)
         speak(run, renderer, style, options.seconds, Stopwatch())  # what is read once is read
         for _ in range(options.repeats):
             frames = speak(run, renderer, style, options.seconds, timed)

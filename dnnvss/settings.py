@@ -13,7 +13,8 @@ and its ``__post_init__`` calls :func:`check_settings`, so that an instance buil
 
 Annotations that are understood: ``int`` (no bool, no float), ``float`` (whole numbers too), ``bool``, ``str``,
 ``Path``, ``Literal``, ``X | Y``, ``X | None``, ``tuple[X, ...]`` and ``tuple[X, Y]`` (lists are taken),
-``Mapping[str, X]`` and other settings dataclasses. Any other class is held to ``isinstance``.
+``Mapping[str, X]`` and other settings dataclasses. A class with ``from_setting(value, where)`` is built by that. Any
+other class is held to ``isinstance``.
 """
 
 import dataclasses
@@ -114,8 +115,9 @@ def read_settings(cls: type[T], mapping: Mapping[str, Any], where: str) -> T:
     values = {}
     for field in fields:
         if field.name in mapping and mapping[field.name] != MISSING:
-            values[field.name] = _read(hints[field.name], mapping[field.name], _join(where, field.name), _checks(field))
-        elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING and field.init:
+            name = _join(where, field.name)
+            values[field.name] = _read(hints[field.name], mapping[field.name], name, _checks(field))
+        elif field.init and dataclasses.MISSING is field.default is field.default_factory:
             name = _join(where, field.name)
             raise DnnvssError(f"{name} is not set", remedy=f"Add {name}=... to the command")
     return cls(**values)
@@ -142,8 +144,10 @@ def check_settings(instance: Any, where: str) -> None:
 def unknown_setting(name: str, known: Iterable[str]) -> DnnvssError:
     """The error about a setting that does not exist, with the one that was probably meant."""
     names = list(known)
-    near = difflib.get_close_matches(name, names, 1, 0.75)
-    remedy = f"Did you mean {near[0]}?" if near else f"Choose among {', '.join(names)}" if names else "Leave it out"
+    ends = {other.rpartition(".")[2]: other for other in reversed(names)}
+    near = difflib.get_close_matches(name.rpartition(".")[2], ends, 1)
+    others = f"Choose among {', '.join(names)}" if names else "Leave it out"
+    remedy = f"Did you mean {ends[near[0]]}?" if near else others
     return DnnvssError(f"{name} is no setting", remedy=remedy)
 
 
@@ -181,6 +185,8 @@ def _read(kind: Any, value: Any, name: str, checks: Checks) -> Any:
         if not isinstance(value, Mapping):
             _refuse(name, value, kind, checks)
         return {_text(k, name): _read(arguments[1], v, _join(name, str(k)), checks) for k, v in value.items()}
+    if isinstance(kind, type) and hasattr(kind, "from_setting") and not isinstance(value, kind):
+        return kind.from_setting(value, name)
     if dataclasses.is_dataclass(kind) and isinstance(kind, type) and not isinstance(value, kind):
         return read_settings(kind, value, name)
     return _read_leaf(kind, value, name, checks)
@@ -190,9 +196,9 @@ def _read_leaf(kind: Any, value: Any, name: str, checks: Checks) -> Any:
     if not _fits(get_origin(kind) or kind, value):
         _refuse(name, value, kind, checks)
     if kind in (int, float):
-        value = kind(value)
-        if (fault := checks.fault(value)) is not None:
+        if (fault := checks.fault(kind(value))) is not None:
             raise DnnvssError(f"{name}={shown(value)} {fault}", remedy=f"Give {_expected(kind, checks)}")
+        value = kind(value)
     elif kind is Path:
         value = Path(value)
     return value if checks.choices is None else _chosen(value, checks.choices, name)
@@ -258,7 +264,7 @@ def _refuse(name: str, value: Any, kind: Any, checks: Checks) -> NoReturn:
 def _noun(kind: Any) -> str:
     """What values of an annotation are called."""
     if get_origin(kind) in (Union, types.UnionType):
-        return " or ".join(dict.fromkeys(_noun(m) for m in get_args(kind) if m is not type(None)))
+        return " or ".join(dict.fromkeys(_noun(m) for m in _told(kind) if m is not type(None)))
     if get_origin(kind) is Literal:
         return " or ".join(map(shown, get_args(kind)))
     if get_origin(kind) is tuple:
@@ -268,10 +274,16 @@ def _noun(kind: Any) -> str:
     return _NOUNS.get(kind, getattr(kind, "__name__", str(kind)))
 
 
+def _told(union: Any) -> list[Any]:
+    """The alternatives of a union that are told: a whole number is a number."""
+    members = get_args(union)
+    return [m for m in members if not (m is int and float in members)]
+
+
 def _expected(kind: Any, checks: Checks) -> str:
     """What to give instead, in words."""
     if get_origin(kind) in (Union, types.UnionType):
-        return " or ".join(_expected(m, checks) for m in get_args(kind))
+        return " or ".join(_expected(m, checks) for m in _told(kind))
     if get_origin(kind) is tuple:
         arguments = [a for a in get_args(kind) if a is not ...]
         if ... in get_args(kind):

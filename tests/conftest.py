@@ -19,6 +19,16 @@ TABLE = FeatureTable(("centre_phone", "phone_context", "phone_span"))
 CLOCK = FrameClock(100)
 
 
+def run_command(*words: object) -> int:
+    """Run a command of dnnvss as its entry does and return its status."""
+    from dnnvss.commands.entry import main
+
+    try:
+        return main([str(word) for word in words])
+    except SystemExit as ended:
+        return int(ended.code or 0)
+
+
 def of_layers(*hidden: int, **more: object) -> dict[str, object]:
     """Return the settings of a feed-forward network with layers of these widths."""
     return {"kind": "feedforward", "hidden": list(hidden), **more}

@@ -1,99 +1,61 @@
-"""What all commands share: a mistake of the user ends in one clear line, not in a traceback."""
+"""The one way into every command: ``dnnvss COMMAND``, ``python -m dnnvss COMMAND``, and the programs at the root."""
 
-import functools
-import re
+import difflib
 import sys
-from collections.abc import Callable
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from importlib import import_module
 
-from dnnvss import files
-from dnnvss.errors import DnnvssError
-from dnnvss.runs.bundle import is_bundle
+from dnnvss import __version__
+from dnnvss.commands.usage import DONE, UsageError, guarded
 
-if TYPE_CHECKING:
-    from omegaconf import DictConfig
-
-_TEXTS = ("text", "wav", "alignment", "out", "run", "import_keys", "export_keys", "export_alignment", "export_curves",
-          "into",
-          "render", "overrides")
-"""Settings whose values are text or paths."""
-
-
-def command(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return ``function`` with :class:`DnnvssError` and Ctrl-C turned into a message and an exit status (1 and 130)."""
-
-    @functools.wraps(function)
-    def wrapped(*args: Any, **kwargs: Any) -> Any:
-        try:
-            return function(*args, **kwargs)
-        except DnnvssError as error:
-            print(f"error: {error}", file=sys.stderr)
-            sys.exit(1)
-        except OSError as error:
-            if (remedy := files.remedy_for(error)) is None:
-                raise
-            print(f"error: {error.filename or 'the disk'}: {error.strerror}. {remedy}.", file=sys.stderr)
-            sys.exit(1)
-        except KeyboardInterrupt:
-            print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
-            sys.exit(130)
-
-    return wrapped
+COMMANDS = {
+    "prepare": "a corpus from recordings: videos, their words and their landmarks",
+    "train": "a system on a corpus: trains, evaluates the test split, writes a run folder",
+    "speak": "text, a voice or phone times as a talking face, by a trained run",
+    "compare": "finished runs in one table, with confidence intervals and a page",
+    "export": "a run's network as a file, or all of the run as a bundle",
+    "label": "frames labelled by hand: choose, page, import, check",
+    "track": "the points of every frame of videos, from about thirty labelled ones",
+    "figure": "a coefficient of a test sentence, measured and predicted by runs",
+    "face-figures": "what a face model has learnt, and how well it sees its talker",
+    "units": "what the dynamic visemes of a run look like",
+    "visemes": "measurements of gestures and dynamic visemes of a corpus",
+    "features": "the feature tables as Markdown",
+}
+"""Each command and what it is about. Its module, of the same name, has ``main(arguments) -> status``."""
 
 
-def helped(conf: Path, name: str, arguments: list[str]) -> bool:
-    """Print the settings of a command with what they mean, if its arguments ask for help, and return whether they did.
+@guarded
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command that the arguments name and return its status.
 
-    The settings and their comments are ``<name>.yaml``; groups are folders beside it. ``--hydra-help`` tells of hydra's
-    own options.
+    Args:
+        arguments: the command and what it is given; those of the process where None.
+
+    Raises:
+        SystemExit: a mistake, told in one line on standard error: status 2 where the command line cannot be understood,
+            1 for all else, 130 for Ctrl-C.
     """
-    if not {"-h", "--help"} & set(arguments):
-        return False
-    text = (conf / f"{name}.yaml").read_text(encoding="utf-8")
-    print(text[: text.index("\nhydra:")] if "\nhydra:" in text else text)
-    for group in sorted(set(re.findall(r"^  - (\w+):", text, re.MULTILINE)) & {p.name for p in conf.iterdir()}):
-        print(f"# {group}=... one of: {', '.join(sorted(p.stem for p in (conf / group).glob('*.yaml')))}")
-    print("# conf/GROUP/NAME.yaml says what the settings of a group mean; give one as GROUP.SETTING=VALUE.\n"
-          "# --cfg job prints all settings with their values, --hydra-help hydra's own options.")
-    return True
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(_overview())
+        return DONE
+    if words[0] == "--version":
+        print(f"dnnvss {__version__}")
+        return DONE
+    if words[0] not in COMMANDS:
+        raise _unknown(words[0])
+    status: int = import_module(f"dnnvss.commands.{words[0].replace('-', '_')}").main(words[1:])
+    return status
 
 
-def quoted(arguments: list[str], keys: tuple[str, ...] = _TEXTS) -> list[str]:
-    """Return command-line arguments in which the values of ``keys`` are quoted for hydra.
-
-    Hydra gives commas, colons, braces and quotes a meaning of their own, OmegaConf gives one to ``${``; in a sentence
-    or a path they are just text.
-    """
-
-    def quote(argument: str) -> str:
-        key, equals, value = argument.partition("=")
-        if key not in keys or not equals or value == "null":
-            return argument
-        plain = re.sub(r"(\\*)\$\{", r"\1\1\\${", value)
-        escaped = re.sub(r"(\\*)('|$)", lambda m: m[1] * 2 + (m[2] and "\\'"), plain)
-        return f"{key}='{escaped}'"
-
-    return [quote(argument) for argument in arguments]
+def _overview() -> str:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name:<{width}}  {about}" for name, about in COMMANDS.items()]
+    return "\n".join(["usage: dnnvss COMMAND ...", "", *lines, "", "dnnvss COMMAND --help says what a command takes."])
 
 
-def grouped(arguments: list[str]) -> list[str]:
-    """Return command-line arguments in which ``+experiment=X`` means ``experiment=X``, and ``+debug=X`` likewise.
-
-    Both groups are in the defaults, empty; hydra would refuse the plus, which its manual recommends for such groups.
-    """
-    return [a[1:] if a.startswith(("+experiment=", "+debug=")) else a for a in arguments]
-
-
-@command
-def bundle_settings(conf: Path, arguments: list[str]) -> "DictConfig | None":
-    """Return the settings of ``synth.py`` where its arguments name a bundle, None where they do not.
-
-    A bundle starts without hydra; see :mod:`dnnvss.runs.bundle`.
-    """
-    named = [a.removeprefix("run=") for a in arguments if a.startswith("run=")]
-    if not named or not is_bundle(Path(named[-1])):
-        return None
-    from dnnvss.commands.compose import compose
-
-    return compose(conf, "synth", arguments, _TEXTS)
+def _unknown(word: str) -> UsageError:
+    near = difflib.get_close_matches(word, COMMANDS, 1)
+    meant = f"Did you mean {near[0]}?" if near else f"Use one of {', '.join(COMMANDS)}"
+    return UsageError(f"{word} is no command", remedy=meant)

@@ -1,16 +1,19 @@
 """Frames labelled by hand.
 
-    python -m dnnvss.pipeline.label choose VIDEOS --count 30 --out labels/ [--scheme lips_jaw_nostrils]
-    python -m dnnvss.pipeline.label page labels/                       drag the points in the browser
-    python -m dnnvss.pipeline.label import labels/ --from file.json    LabelMe, COCO keypoints (CVAT), VIA
-    python -m dnnvss.pipeline.label check labels/                      what is unfinished or looks wrong
+    dnnvss label choose VIDEOS --count 30 --out labels/ [--scheme lips_jaw_nostrils]
+    dnnvss label page labels/                       drag the points in the browser
+    dnnvss label import labels/ --from file.json    LabelMe, COCO keypoints (CVAT), VIA
+    dnnvss label check labels/                      what is unfinished or looks wrong
 """
 
 import argparse
+import shlex
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from dnnvss.commands.entry import command
+from dnnvss.commands.flags import Flags, whole
+from dnnvss.commands.usage import DONE
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.doubts import doubts
 from dnnvss.face.aam.labelling.imports import import_into
@@ -27,7 +30,7 @@ def choose(options: argparse.Namespace) -> None:
     print(f"{scheme.name}: {scheme.title}")
     for how, count in placed.items():
         print(f"{count} guesses placed by: {how}")
-    print(f"wrote {len(sheet.labels)} frames to {options.out}; now: python -m dnnvss.pipeline.label page {options.out}")
+    print(f"wrote {len(sheet.labels)} frames to {options.out}; now: dnnvss label page {shlex.quote(str(options.out))}")
 
 
 def page(options: argparse.Namespace) -> None:
@@ -58,15 +61,13 @@ def check(options: argparse.Namespace) -> None:
         print(f"{doubt.image}: {doubt.problem}")
     if found:
         raise DnnvssError(f"{len({d.image for d in found})} of {len(sheet.labels)} labels need a look",
-                          file=options.folder, remedy=f"python -m dnnvss.pipeline.label page {options.folder}")
+                          file=options.folder, remedy=f"dnnvss label page {shlex.quote(str(options.folder))}")
     print(f"all {len(sheet.labels)} labels are finished, and none looks wrong")
 
 
-@command
-def main(arguments: list[str] | None = None) -> int:
-    """Run one of the commands and return 0."""
-    parser = argparse.ArgumentParser(prog="python -m dnnvss.pipeline.label", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(arguments: Sequence[str]) -> int:
+    """Run one of the commands."""
+    parser = Flags(prog="dnnvss label", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def add(name: str, work: object, text: str) -> argparse.ArgumentParser:
@@ -76,13 +77,13 @@ def main(arguments: list[str] | None = None) -> int:
 
     chooser = add("choose", choose, "export the frames that are worth labelling, with starting guesses")
     chooser.add_argument("folder", type=Path, metavar="VIDEOS", help="folder of videos, or one video")
-    chooser.add_argument("--count", type=int, default=30, help="how many frames (30)")
+    chooser.add_argument("--count", type=whole(1), default=30, help="how many frames (30)")
     chooser.add_argument("--out", type=Path, default=Path("labels"), help="folder to write (labels)")
     chooser.add_argument("--scheme", default="lips_jaw_nostrils", help=f"points to label: {', '.join(SCHEMES)}")
-    chooser.add_argument("--seed", type=int, default=0, help="another number, other frames (0)")
+    chooser.add_argument("--seed", type=whole(0), default=0, help="another number, other frames (0)")
     pager = add("page", page, "serve the page on which the points are dragged")
     pager.add_argument("folder", type=Path)
-    pager.add_argument("--port", type=int, default=8765, help="of 127.0.0.1; 0 takes a free one (8765)")
+    pager.add_argument("--port", type=whole(0, 65535), default=8765, help="of 127.0.0.1; 0 takes a free one (8765)")
     taker = add("import", take, "read the JSON of LabelMe, COCO keypoints (CVAT) or VIA")
     taker.add_argument("folder", type=Path)
     taker.add_argument("--from", dest="source", type=Path, required=True, metavar="JSON",
@@ -91,8 +92,4 @@ def main(arguments: list[str] | None = None) -> int:
     checker.add_argument("folder", type=Path)
     options = parser.parse_args(arguments)
     options.work(options)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return DONE

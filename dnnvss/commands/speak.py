@@ -1,13 +1,18 @@
-"""Speaks with a trained run: reads what is given, calls :func:`dnnvss.synthesis.speak.speak`, prints and writes."""
+"""``dnnvss speak text="..."``: a trained run speaks; settings in ``conf/synth.yaml``.
 
-from collections.abc import Iterator
+Reads what is given, calls :func:`dnnvss.synthesis.speak.speak`, prints and writes.
+"""
+
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from omegaconf import DictConfig
 
+from dnnvss.commands.arguments import SettingsCommand
+from dnnvss.commands.composed import run_command, typed_settings
 from dnnvss.commands.plain import plain
-from dnnvss.commands.speak_settings import SpeakSettings, check_files
+from dnnvss.commands.speak_settings import SpeakRoot, SpeakSettings, check_files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.media import SOUND_RATE, SPEECH_RATE, read_audio
@@ -24,9 +29,17 @@ from dnnvss.synthesis.speak import Spoken, speak
 from dnnvss.text.overrides import read_overrides
 from dnnvss.timing import Alignment, FrameClock
 
+COMMAND = SettingsCommand("speak", "synth", SpeakRoot, bare="text", literal=True)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Speak what the arguments ask for."""
+    return run_command(COMMAND, arguments, synthesise)
+
 
 def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
+    typed_settings(COMMAND, config)
     settings = read_settings(SpeakSettings, plain(config), "")
     check_files(settings)
     folder = Path(settings.run) if settings.run else newest(Path(settings.runs))

@@ -7,9 +7,12 @@ from typing import Any
 
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import setting
+from dnnvss.speech.engines.choice import ENGINES
+from dnnvss.style.generator import StyleSettings
 from dnnvss.synthesis.footage import footage_files
 from dnnvss.synthesis.outputs import SOUND, beside
 from dnnvss.synthesis.request import FILLS
+from dnnvss.timing import FrameClock
 
 _INPUTS = ("wav", "alignment", "import_keys", "overrides")
 _OUTPUTS = ("export_curves", "export_keys", "export_alignment")
@@ -22,7 +25,8 @@ _ENDINGS = {"out": (".mp4", "export_curves=FILE.csv writes numbers"),
 class SpeechSettings:
     """Who speaks."""
 
-    engine: str = setting("auto", doc="festival, flite, espeak, formant, auto for the best that can, or none")
+    engine: str = setting("auto", choices=("auto", *ENGINES, "none"),
+                          doc="festival, flite, espeak, formant, auto for the best that can, or none")
     voice: str | None = setting(None, doc="one of the engine's voices")
 
 
@@ -56,6 +60,14 @@ class SpeakSettings:
     export_keys: str | None = setting(None)
     key_names: tuple[str, ...] = setting(("aperture", "lower_lip", "width"))
     key_positions: tuple[float, ...] = setting((0.5,), least=0, most=1)
+
+
+@dataclass(frozen=True)
+class SpeakRoot(SpeakSettings):
+    """The same with the types of what other rooms read: what the command line is held to."""
+
+    style: StyleSettings  # type: ignore[assignment]
+    rate: FrameClock | None = None  # type: ignore[assignment]
 
 
 def check_files(settings: SpeakSettings) -> None:

@@ -113,13 +113,14 @@ class CompareRuns(Notes):
             self._compare([OmegaConf.create(job["config"]) for job in jobs], [tuple(job["given"]) for job in jobs])
 
     def _compare(self, configs: Sequence[DictConfig], given: Sequence[tuple[str, ...]]) -> None:
-        from dnnvss.commands.compare import compare_runs
+        from dnnvss.evaluation.finished import compare_runs
 
         first = configs[0]
         folders, names = [run_folder(c) for c in configs], what_differs(given)
         name = "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
         out = _free(Path(first.runs) / name, [folder.name for folder in folders])
-        print(f"wrote {compare_runs(folders, out, names)}")
+        made = compare_runs(folders, out, names)
+        print(f"{made.table}\nwrote {made.page}")
         if self.sizes:
             from dnnvss.evaluation.sizes import write_sizes
 
@@ -149,7 +150,7 @@ def _free(folder: Path, runs: list[str]) -> Path:
 def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
     """Return a name for each job: what it was given and not all were, such as ``model=hsmm``, or its number."""
     shared = set(given[0]).intersection(*given)
-    names = [" ".join(g for g in own if g not in shared) for own in given]
+    names = [" ".join(g.lstrip("+") for g in own if g not in shared) for own in given]
     return names if len(set(names)) == len(names) else [str(k + 1) for k in range(len(given))]
 
 

@@ -1,11 +1,17 @@
-"""Trains a system, evaluates it, and leaves a run folder."""
+"""``dnnvss train corpus=NAME``: trains a system and evaluates it; settings in ``conf/train.yaml``."""
 
 import math
+from collections.abc import Sequence
 
 from omegaconf import DictConfig
 
 from dnnvss import files
+from dnnvss.commands.arguments import SettingsCommand
+from dnnvss.commands.composed import run_command, typed_settings
 from dnnvss.commands.plain import run_settings
+from dnnvss.commands.sweep import sweepable
+from dnnvss.commands.train_settings import TrainSettings
+from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
@@ -15,12 +21,27 @@ from dnnvss.runs.naming import run_folder
 from dnnvss.runs.run import Run
 from dnnvss.training.devices import process_number
 
+COMMAND = SettingsCommand("train", "train", TrainSettings, bare="run")
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Train what the arguments describe."""
+    return run_command(COMMAND, arguments, job, always_hydra=True)
+
+
+@guarded
+@sweepable
+def job(config: DictConfig) -> float:
+    """Train what composed settings describe: a job of hydra's, alone or in a sweep."""
+    return train(config)
+
 
 def train(config: DictConfig) -> float:
     """Train what ``config`` describes and return the correlation over speech on the test split.
 
     A run that was killed goes on where it stopped; one that is finished is only reported, unless ``overwrite=true``.
     """
+    typed_settings(COMMAND, config)
     settings = run_settings(config)
     corpus = Corpus.open(settings.corpus_folder)
     model = new_model(settings)

@@ -1,16 +1,5 @@
-"""``python -m dnnvss.evaluation.face_figures FOLDER``: what a face model has learnt, and how well it sees its talker.
+"""Pictures of what a face model has learnt, and how well it sees its talker."""
 
-FOLDER is a run, or an encoding of a corpus (``data/NAME/face/KEY``). Writes into FOLDER/face, or where --out says:
-
-- ``modes.png``: the first modes at -2, 0 and +2 standard deviations (Theobald et al. 2007, Figures 1 and 2);
-- ``reconstruction.png``: frames of an utterance as recorded, as the model draws them, and the difference;
-- ``residual.png``: what the model leaves out of each frame, over time, with the phones;
-- ``tracked.mp4``: the utterance with the mesh drawn on it.
-
-Of a face without texture there are no ``reconstruction.png`` and ``tracked.mp4``.
-"""
-
-import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +7,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from dnnvss.commands.entry import command
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, encode_clip, reconstruct
@@ -159,29 +147,24 @@ def find_face(folder: Path) -> tuple[Face, Path]:
     return load_face(folder / FACE), folder.parents[1]
 
 
-@command
-def main(arguments: list[str] | None = None) -> int:
-    """Write the figures and return 0."""
-    parser = argparse.ArgumentParser(prog="python -m dnnvss.evaluation.face_figures", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="a run, or an encoding of a corpus")
-    parser.add_argument("--corpus", type=Path, help="the prepared corpus, where it has moved")
-    parser.add_argument("--utterance", help="whose frames are shown; the first of the validation split unless given")
-    parser.add_argument("--modes", type=int, default=6, help="how many modes (6)")
-    parser.add_argument("--out", type=Path, help="where to write; FOLDER/face unless given")
-    options = parser.parse_args(arguments)
-    face, root = find_face(options.folder)
-    out = options.out or options.folder / "face"
-    corpus = Corpus.open(options.corpus or root)
-    written = [plot_modes(out / "modes.png", face, options.modes)]
-    name = options.utterance or corpus.split("val")[0].id
+def write_face_figures(folder: Path, out: Path, corpus: Path | None = None, utterance: str | None = None,
+                       modes: int = 6) -> list[Path]:
+    """The figures of a face, written into ``out``, by path.
+
+    Args:
+        folder: a run, or an encoding of a corpus.
+        out: where to write.
+        corpus: the prepared corpus, where it has moved.
+        utterance: whose frames are shown; the first of the validation split where None.
+        modes: how many are drawn.
+
+    Raises:
+        DnnvssError: no face, corpus or utterance.
+    """
+    face, root = find_face(folder)
+    prepared = Corpus.open(corpus or root)
+    written = [plot_modes(out / "modes.png", face, modes)]
+    name = utterance or prepared.split("val")[0].id
     if isinstance(face, ActiveAppearanceModel):
-        written += textured_figures(out, face, corpus, name)
-    else:
-        written += points_figures(out, face, corpus, name)
-    print("wrote " + ", ".join(map(str, written)))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        return written + textured_figures(out, face, prepared, name)
+    return written + points_figures(out, face, prepared, name)

@@ -1,11 +1,5 @@
-"""``python -m dnnvss.evaluation.figure RUN [RUN ...]``: a coefficient of a test sentence, measured and predicted.
+"""A coefficient of a test sentence over time, measured and predicted by runs."""
 
-With a run of ``labels=ph_b`` and one of ``labels=ph_c`` this is Figure 1 of Thangthai et al. 2016: without and with the
-phonetic window.
-"""
-
-import argparse
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -45,24 +39,3 @@ def draw(folders: list[Path], out: Path, coefficient: int = 5, utterance: str | 
     spoken = Corpus.open(runs[0].corpus).utterances[chosen]
     title = f"coefficient {coefficient}, {chosen}: {spoken.text}"
     return plot_trajectories(out, series, runs[0].clock.rate, spoken.alignment["phones"], title)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Write the plot and return 0, or print an error and return 1."""
-    parser = argparse.ArgumentParser(prog="python -m dnnvss.evaluation.figure", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="folder of a finished run")
-    parser.add_argument("--coefficient", type=int, default=5, help="counted from 1 (5)")
-    parser.add_argument("--utterance", help="a test sentence; the first one unless given")
-    parser.add_argument("--out", type=Path, default=Path("figure1.png"), help="the picture (figure1.png)")
-    options = parser.parse_args(arguments)
-    try:
-        print(f"wrote {draw(options.runs, options.out, options.coefficient, options.utterance)}")
-    except DnnvssError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,11 +1,5 @@
-"""``python -m dnnvss.evaluation.picture_book RUN``: what the dynamic visemes of a run look like.
+"""A picture book of dynamic visemes: a strip of each unit's mean gesture, and all of a page moving at once."""
 
-Writes ``units.png``, a strip of pictures of each unit's mean gesture, and ``units.mp4``, in which all of a page move at
-once, at half speed and again and again.
-"""
-
-import argparse
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -88,22 +82,3 @@ def draw_book(run: Run, out: Path) -> list[Path]:
     pages = [list(range(first, min(first + page, len(visemes)))) for first in range(0, len(visemes), page)]
     frames = (picture for units in pages for picture in page_frames(visemes, units, face))
     return [draw_units(out / "units.png", visemes, face), write_video(out / "units.mp4", frames, _RATE)]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Write the book and return 0, or print an error and return 1."""
-    parser = argparse.ArgumentParser(prog="python -m dnnvss.evaluation.picture_book", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("run", type=Path, metavar="RUN", help="folder of a run with dynamic visemes")
-    parser.add_argument("--out", type=Path, help="where to write; the run's folder `units` unless given")
-    options = parser.parse_args(arguments)
-    try:
-        print("wrote " + ", ".join(map(str, draw_book(Run.open(options.run), options.out or options.run / "units"))))
-    except DnnvssError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

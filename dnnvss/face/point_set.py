@@ -1,15 +1,16 @@
 """Point sets: which landmarks of a corpus are modelled, which are stable, and where the mouth's contours run."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.settings import check_settings, read_settings, setting
 
-PointChoice = tuple[int, ...] | str
+PointChoice = Literal["all"] | tuple[int, ...]
 """Indices inside a landmark group, or ``"all"``."""
 Groups = Mapping[str, Sequence[int]]
 """Name of a landmark group to the half-open range of its rows (``CorpusInfo.landmark_groups``)."""
@@ -43,32 +44,33 @@ class PointSet:
     """
 
     name: str = "lips_jaw_nostrils"
-    points: Mapping[str, PointChoice] = field(default_factory=_lips_jaw_nostrils)
-    stable: Mapping[str, PointChoice] = field(default_factory=_upper_face)
+    points: Mapping[str, PointChoice] = setting(_lips_jaw_nostrils(), least=0)
+    stable: Mapping[str, PointChoice] = setting(_upper_face(), least=0)
     lips_outer: str = "lips_outer"
     lips_inner: str = "lips_inner"
     eyes: tuple[str, ...] = ("right_eye", "left_eye")
     sizes: Mapping[str, int] = field(default_factory=dict, compare=False)
 
+    def __post_init__(self) -> None:
+        check_settings(self, "aam.points")
+
     @classmethod
-    def from_dict(cls, value: Mapping[str, Any]) -> "PointSet":
-        """Return the set that plain containers (YAML) describe; a group of ``None`` is left out.
+    def from_setting(cls, value: Any, where: str) -> "PointSet":
+        """The set that a group of settings holds; a landmark group of null is left out.
 
         Raises:
             DnnvssError: an unknown key, or a choice that is neither ``all`` nor a list of whole numbers.
         """
-        known = {f.name for f in fields(cls)}
-        if unknown := sorted(set(value) - known):
-            raise DnnvssError(f"unknown key {unknown[0]!r} in a point set", remedy=f"Use some of {sorted(known)}")
-        plain = dict(value)
-        plain["sizes"] = {group: size for group, size in plain.get("sizes", {}).items() if size is not None}
-        for key in ("points", "stable"):
-            if key in plain:
-                named = {group: choice for group, choice in plain[key].items() if choice is not None}
-                plain[key] = {group: _choice(group, choice) for group, choice in named.items()}
-        if "eyes" in plain:
-            plain["eyes"] = tuple(plain["eyes"])
-        return cls(**plain)
+        plain = dict(value) if isinstance(value, Mapping) else value
+        for key in ("points", "stable", "sizes") if isinstance(plain, dict) else ():
+            if isinstance(plain.get(key), Mapping):
+                plain[key] = {group: choice for group, choice in plain[key].items() if choice is not None}
+        return read_settings(cls, plain, where)
+
+    @classmethod
+    def from_dict(cls, value: Mapping[str, Any], where: str = "aam.points") -> "PointSet":
+        """The set that plain containers (YAML) describe; see :meth:`from_setting`."""
+        return cls.from_setting(value, where)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain containers, the inverse of :meth:`from_dict`; ``sizes`` has done its work and is left out."""
@@ -129,14 +131,6 @@ class Layout:
     def needed(self) -> int:
         """The number of rows that a landmark array must have at least."""
         return int(max(self.rows.max(), self.stable.max())) + 1
-
-
-def _choice(group: str, choice: Any) -> PointChoice:
-    if choice == "all":
-        return "all"
-    if isinstance(choice, str) or not all(isinstance(i, int) and not isinstance(i, bool) for i in choice):
-        raise DnnvssError(f"points of {group!r} are {choice!r}", remedy="Write a list of indices, or all")
-    return tuple(choice)
 
 
 def _rows(groups: Groups, group: str, choice: PointChoice) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from itertools import zip_longest
 from typing import Any
@@ -13,7 +13,15 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features.block import Block, Settings
 from dnnvss.features.catalogue import catalogue
 from dnnvss.features.sources import SOURCES
-from dnnvss.settings import read_settings, unknown_setting
+from dnnvss.settings import read_settings
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabelFile(Settings):
+    """A file of ``conf/labels``: the blocks by name, and what the columns of some depend on."""
+
+    name: str | None = None
+    blocks: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -55,14 +63,20 @@ class FeatureTable:
         Raises:
             DnnvssError: an unknown key, a missing list of blocks, or what the table or its settings refuse.
         """
-        allowed = ["name", "blocks", *Settings.__dataclass_fields__]
-        if unknown := [str(key) for key in config if key not in allowed]:
-            raise unknown_setting(f"labels.{unknown[0]}", [f"labels.{key}" for key in allowed])
-        if not config.get("blocks"):
-            raise DnnvssError("labels: the configuration has no list of blocks", remedy="Name some under blocks:")
-        given = {key: value for key, value in config.items() if key not in ("name", "blocks")}
-        title = f"labels={config['name']}" if config.get("name") else cls.title
-        return cls(tuple(str(name) for name in config["blocks"]), read_settings(Settings, given, "labels"), title)
+        return cls.from_setting(config, "labels")
+
+    @classmethod
+    def from_setting(cls, value: Any, where: str) -> "FeatureTable":
+        """The table that a group of settings holds; see :meth:`from_config`."""
+        given = read_settings(LabelFile, value, where)
+        title = f"labels={given.name}" if given.name else cls.title
+        settings = Settings(**{f.name: getattr(given, f.name) for f in fields(Settings)})
+        return cls(given.blocks, settings, title)
+
+    @staticmethod
+    def alternatives() -> tuple[type, ...]:
+        """The types of the settings."""
+        return (LabelFile,)
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:

@@ -1,7 +1,7 @@
 """From a prediction to the trajectory that is shown: the steps of this room in their order, by settings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from dnnvss.curves.constraints import Constraints, constrain
 from dnnvss.curves.mlpg import mlpg
 from dnnvss.curves.variance import articulate, dial
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
-from dnnvss.errors import DnnvssError
+from dnnvss.settings import check_settings, setting
 from dnnvss.style.rules import rest_in_silence, silent_frames
 from dnnvss.style.talker import LIP_RULES, RAMP, Talker
 from dnnvss.timing import FrameClock, Tier
@@ -33,21 +33,17 @@ class Style:
         DnnvssError: a dial or a time that is negative or not a number.
     """
 
-    articulation: float | None = None
-    groups: Mapping[str, Sequence[int]] = field(default_factory=dict)
-    by_group: Mapping[str, float] = field(default_factory=dict)
+    articulation: float | None = setting(None, least=0)
+    groups: Mapping[str, Sequence[int]] = setting({})
+    by_group: Mapping[str, float] = setting({}, least=0)
     closures: bool = False
     contacts: bool = False
     rest: bool = False
-    anticipation: float = 0.15
-    release: float = 0.15
+    anticipation: float = setting(0.15, least=0)
+    release: float = setting(0.15, least=0)
 
     def __post_init__(self) -> None:
-        numbers = {"articulation": self.articulation, "anticipation": self.anticipation, "release": self.release,
-                   **{f"by_group.{name}": value for name, value in self.by_group.items()}}
-        for name, value in numbers.items():
-            if value is not None and (isinstance(value, str) or not 0 <= value < np.inf):
-                raise DnnvssError(f"style.{name}={value}", remedy="Give a number, 0 or more")
+        check_settings(self, "style")
 
     @property
     def plain(self) -> bool:

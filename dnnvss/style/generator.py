@@ -1,7 +1,7 @@
 """How the commands generate trajectories: the style of a configuration, what the talker shows, an artist's keys."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from dnnvss.curves import Constraints, mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face, Gauge
+from dnnvss.settings import read_settings, setting
 from dnnvss.style import Style, Talker, coefficients, generate
 from dnnvss.style.keys import Key, key_constraints
 from dnnvss.systems import Example, VisualModel
@@ -18,28 +19,49 @@ from dnnvss.timing import Tier
 PLAIN = Style()
 
 
-def make_style(config: Mapping[str, Any], face: Face) -> Style:
-    """Return the style that a file of ``conf/style`` describes.
+@dataclass(frozen=True)
+class StyleSettings:
+    """A file of ``conf/style``: a :class:`Style` whose groups hold the names of coefficients.
 
     Args:
-        config: the settings.
+        name: of the file.
+        groups: names for groups of coefficients, for ``by_group``.
+        articulation, by_group, closures, contacts, rest, anticipation, release: see :class:`Style`.
+    """
+
+    name: str
+    articulation: float | None = setting(None, least=0)
+    groups: Mapping[str, tuple[str, ...]] = setting({})
+    by_group: Mapping[str, float] = setting({}, least=0)
+    closures: bool = False
+    contacts: bool = False
+    rest: bool = False
+    anticipation: float = setting(0.15, least=0)
+    release: float = setting(0.15, least=0)
+
+
+def make_style(values: Mapping[str, Any], face: Face) -> Style:
+    """The style that a file of ``conf/style`` describes.
+
+    Args:
+        values: the settings.
         face: whose parameters are grouped; its own groups (``face.groups``) are there beside those of the settings.
 
     Raises:
         DnnvssError: a coefficient that the face does not have, or a value that is out of range.
     """
-    settings = dict(config)
-    settings.pop("name")
+    settings = read_settings(StyleSettings, values, "style")
     groups: dict[str, Sequence[int]] = dict(face.groups)
     names = face.names
-    for group, members in settings.pop("groups").items():
+    for group, members in settings.groups.items():
         if unknown := [m for m in members if m not in names]:
             raise DnnvssError(f"style.groups.{group}: no coefficient is named {unknown[0]!r}",
                               remedy=f"Use names from {names[0]} to {names[-1]}")
         groups[group] = [names.index(m) for m in members]
-    if unknown := sorted(set(settings["by_group"]) - set(groups)):
+    if unknown := sorted(set(settings.by_group) - set(groups)):
         raise DnnvssError(f"style.by_group: no group is named {unknown[0]!r}", remedy=f"Use one of {sorted(groups)}")
-    return Style(groups=groups, **settings)
+    same = {f.name: getattr(settings, f.name) for f in fields(Style) if f.name != "groups"}
+    return Style(groups=groups, **same)
 
 
 def all_gauges(face: Face) -> dict[str, Gauge]:

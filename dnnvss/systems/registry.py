@@ -15,6 +15,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
 from dnnvss.settings import read_settings, unknown_setting
 from dnnvss.systems.base import VisualModel
+from dnnvss.systems.frame_network import NetworkPlan
+from dnnvss.systems.network import MembersSettings
 from dnnvss.timing import FrameClock
 from dnnvss.training.settings import FitSettings
 
@@ -39,15 +41,32 @@ def make_system(name: str, mapping: Mapping[str, Any], table: FeatureTable, cloc
     Raises:
         DnnvssError: no such system, a setting that it refuses, or labels with inputs that it does not read.
     """
-    kind = str(mapping.get("system", name))
-    if kind not in (known := systems()):
-        raise unknown_setting(f"model.system={kind}", [f"model.system={other}" for other in known])
-    cls, own = known[kind], {k: v for k, v in mapping.items() if k not in ("name", "system")}
-    if isinstance(own.get("fit"), Mapping) and "fit" in {f.name for f in fields(cls.Settings)}:
-        own["fit"] = read_settings(FitSettings, own["fit"], "trainer")  # where a user sets them
-    settings = read_settings(cls.Settings, own, "model")
+    cls, settings = read_system(name, mapping)
     check_inputs(name, cls, table)
     return cls(table, clock, settings)
+
+
+def read_system(name: str, mapping: Mapping[str, Any], where: str = "model",
+                fit: str = "trainer") -> tuple[type[VisualModel], Any]:
+    """The class of a system and its settings, read.
+
+    Args:
+        name, mapping: as for :func:`make_system`.
+        where, fit: under which names a user gives them, and those of the fit among them.
+
+    Raises:
+        DnnvssError: no such system, or a setting that it refuses.
+    """
+    kind = str(mapping.get("system", name))
+    if kind not in (known := systems()):
+        raise unknown_setting(f"{where}.system={kind}", [f"{where}.system={other}" for other in known])
+    cls, own = known[kind], {k: v for k, v in mapping.items() if k not in ("name", "system")}
+    if isinstance(own.get("fit"), Mapping) and "fit" in {f.name for f in fields(cls.Settings)}:
+        own["fit"] = read_settings(FitSettings, own["fit"], fit)
+    settings = read_settings(cls.Settings, own, where)
+    if isinstance(settings, MembersSettings):
+        NetworkPlan.read(settings.network, f"{where}.network")
+    return cls, settings
 
 
 def check_inputs(name: str, cls: type[VisualModel], table: FeatureTable) -> None:

@@ -11,7 +11,7 @@ import json
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FeatureTable, FrameCodes, encode
-from dnnvss.settings import read_settings
+from dnnvss.settings import check_settings, read_settings, setting
 from dnnvss.systems import Example
 from dnnvss.systems.examples import SPLITS
 from dnnvss.systems.unit_network import HEEDED, UnitNetwork, VisemePredictor, unit_sequence, unit_targets
@@ -34,13 +34,27 @@ from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.devices import process_number
 from dnnvss.training.settings import SHARING
 from dnnvss.visemes import DecodingSettings, Grammar, Visemes, VisemeSettings, gesture_view, learn, unit_scores
-from dnnvss.visemes.corpus import viseme_clips, viseme_settings
+from dnnvss.visemes.corpus import viseme_clips
 
 _ALGORITHM = 2
 """Raised when the code changes what it computes, so that old caches are not taken for new."""
 SOURCES = {"predicted": "dynamic visemes predicted from text",
            "oracle": "dynamic visemes cut from the test video (oracle)"}
 TRAINING = ("oracle", "predicted", "mixed")
+
+
+@dataclass(frozen=True)
+class PredictorFile:
+    """The part ``predictor`` of a file of ``conf/visemes``; see :class:`PredictorSettings`."""
+
+    folds: int = setting(least=2)
+    hidden: tuple[int, ...] = setting(least=1)
+    dropout: float = setting(least=0, below=1)
+    fit: Mapping[str, Any] = setting(doc="some of HEEDED")
+    decoding: DecodingSettings
+    window_before: int = setting(least=0)
+    window_after: int = setting(least=0)
+    blocks: tuple[str, ...] = setting(doc="of phones")
 
 
 @dataclass(frozen=True)
@@ -64,24 +78,35 @@ class PredictorSettings:
     folds: int
 
     @classmethod
-    def from_config(cls, config: Mapping[str, Any]) -> "PredictorSettings":
-        """Return the settings of the part ``predictor`` of a ``conf/visemes`` file.
+    def of(cls, given: PredictorFile, where: str = "visemes.predictor") -> "PredictorSettings":
+        """What a file asks for.
 
         Raises:
-            DnnvssError: fewer than two folds, blocks of dynamic visemes among those that are to predict them, or a
-                setting of the fit that would not be heeded.
+            DnnvssError: blocks of dynamic visemes among those that are to predict them, or a setting of the fit that
+                would not be heeded.
         """
-        if unheeded := sorted(set(config["fit"]) - set(HEEDED)):
-            raise DnnvssError(f"visemes.predictor.fit.{unheeded[0]} is no setting of this fit",
-                              remedy=f"Use some of {', '.join(HEEDED)}")
-        window = {key: config[key] for key in ("window_before", "window_after")}
-        table = FeatureTable.from_config({**window, "blocks": config["blocks"]})
-        if table.needs - {"phones", "words"} or config["folds"] < 2:
-            raise DnnvssError("visemes.predictor: dynamic visemes are predicted from phones, in two folds or more",
-                              remedy="Leave viseme blocks out, and set folds to 2 or more")
-        fit = read_settings(FitSettings, config["fit"], "visemes.predictor.fit")
-        return cls(table, fit, DecodingSettings(**config["decoding"]),
-                   tuple(config["hidden"]), float(config["dropout"]), int(config["folds"]))
+        for name in given.fit:
+            if name not in HEEDED:
+                raise DnnvssError(f"{where}.fit.{name} is no setting of this fit",
+                                  remedy=f"Use some of {', '.join(HEEDED)}")
+        window = {"window_before": given.window_before, "window_after": given.window_after}
+        table = FeatureTable.from_config({**window, "blocks": list(given.blocks)})
+        if table.needs - {"phones", "words"}:
+            raise DnnvssError(f"{where}.blocks: dynamic visemes are predicted from phones",
+                              remedy="Leave viseme blocks out")
+        fit = read_settings(FitSettings, given.fit, f"{where}.fit")
+        return cls(table, fit, given.decoding, given.hidden, given.dropout, given.folds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnitFile(VisemeSettings):
+    """A file of ``conf/visemes``: how units are learnt, and what :class:`UnitPlan` has beside that."""
+
+    name: str
+    source: str = setting(choices=SOURCES)
+    training: str = setting(choices=TRAINING)
+    samples: int = setting(least=0)
+    predictor: PredictorFile
 
 
 @dataclass(frozen=True)
@@ -102,22 +127,34 @@ class UnitPlan:
 
     learning: VisemeSettings
     predictor: PredictorSettings
-    source: str
-    training: str
-    samples: int
+    source: str = setting(choices=SOURCES)
+    training: str = setting(choices=TRAINING)
+    samples: int = setting(least=0)
 
     def __post_init__(self) -> None:
-        for name, allowed in (("source", tuple(SOURCES)), ("training", TRAINING)):
-            if (value := getattr(self, name)) not in allowed:
-                raise DnnvssError(f"visemes.{name}={value!r}", remedy=f"Use one of {', '.join(allowed)}")
-        if self.samples < 0:
-            raise DnnvssError(f"visemes.samples={self.samples}", remedy="Give 0 or more")
+        check_settings(self, "visemes")
 
     @classmethod
     def from_config(cls, config: Mapping[str, Any]) -> "UnitPlan":
-        """Return the plan of a file of ``conf/visemes``."""
-        return cls(viseme_settings(config), PredictorSettings.from_config(config["predictor"]), config["source"],
-                   config["training"], int(config["samples"]))
+        """The plan of a file of ``conf/visemes``."""
+        return cls.from_setting(config, "visemes")
+
+    @classmethod
+    def from_setting(cls, value: Any, where: str) -> "UnitPlan":
+        """The plan that a group of settings holds.
+
+        Raises:
+            DnnvssError: a setting that there is not, or a value of another type, range or choice.
+        """
+        given = read_settings(UnitFile, value, where)
+        learning = VisemeSettings(**{f.name: getattr(given, f.name) for f in fields(VisemeSettings)})
+        predictor = PredictorSettings.of(given.predictor, f"{where}.predictor")
+        return cls(learning, predictor, given.source, given.training, given.samples)
+
+    @staticmethod
+    def alternatives() -> tuple[type, ...]:
+        """The types of the settings."""
+        return (UnitFile,)
 
     @property
     def key(self) -> str:

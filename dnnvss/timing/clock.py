@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.settings import shown
 
 _NTSC = {Fraction(s): Fraction(n, 1001) for s, n in
          [("23.976", 24000), ("23.98", 24000), ("29.97", 30000), ("59.94", 60000), ("119.88", 120000)]}
@@ -27,13 +29,28 @@ class FrameClock:
     def __init__(self, rate: "int | float | str | Fraction") -> None:
         try:
             exact = Fraction(str(rate)) if not isinstance(rate, Fraction) else rate
-        except (ValueError, ZeroDivisionError) as error:
+        except (ValueError, ZeroDivisionError, OverflowError) as error:
             raise DnnvssError(f"frame rate {rate!r} is not a number", remedy="Give frames a second, e.g. 25, 29.97 or "
                               "30000/1001") from error
         exact = _NTSC.get(exact, exact).limit_denominator(1_000_000)
         if exact <= 0:
             raise DnnvssError(f"frame rate {rate!r} is not positive", remedy="Give frames a second, e.g. 25")
         object.__setattr__(self, "rate", exact)
+
+    @classmethod
+    def from_setting(cls, value: Any, where: str) -> "FrameClock":
+        """The clock that a setting gives.
+
+        Raises:
+            DnnvssError: it is no rate; the message names the setting.
+        """
+        try:
+            if isinstance(value, bool) or not isinstance(value, int | float | str):
+                raise DnnvssError("no rate")
+            return cls(value)
+        except DnnvssError as error:
+            raise DnnvssError(f"{where}={shown(value)} is no frame rate",
+                              remedy="Give frames a second, e.g. 25, 29.97 or 30000/1001") from error
 
     def edge(self, seconds: float) -> int:
         """Return the frame edge nearest to a time in seconds; halves go up."""

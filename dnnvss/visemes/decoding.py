@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dnnvss.errors import DnnvssError
+from dnnvss.settings import check_settings, setting
 from dnnvss.visemes.grammar import Grammar
 
 
@@ -24,16 +24,14 @@ class DecodingSettings:
         DnnvssError: a negative weight.
     """
 
-    frames: float = 0.3
-    prior: float = 0.5
-    cuts: float = 1.0
-    durations: float = 1.0
-    follow: float = 1.0
+    frames: float = setting(0.3, least=0)
+    prior: float = setting(0.5, least=0)
+    cuts: float = setting(1.0, least=0)
+    durations: float = setting(1.0, least=0)
+    follow: float = setting(1.0, least=0)
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not value >= 0:
-                raise DnnvssError(f"visemes: decoding.{name} is {value}", remedy="Give a number that is not negative")
+        check_settings(self, "visemes.predictor.decoding")
 
 
 @dataclass(frozen=True)

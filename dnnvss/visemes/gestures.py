@@ -7,6 +7,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
+from dnnvss.settings import check_settings, setting
 from dnnvss.timing import Alignment, FrameClock
 
 RULES = ("speed", "acceleration")
@@ -33,24 +34,18 @@ class GestureSettings:
         DnnvssError: an unknown rule or a negative number.
     """
 
-    rule: str = "speed"
-    looks: str = "points"
-    coefficients: int = 0
-    smoothing: float = 0.01
-    prominence: float = 0.4
-    shortest: float = 0.06
-    rest: float = 0.35
-    still: float = 0.05
-    rest_shortest: float = 0.1
+    rule: str = setting("speed", choices=RULES)
+    looks: str = setting("points", choices=LOOKS)
+    coefficients: int = setting(0, least=0)
+    smoothing: float = setting(0.01, least=0)
+    prominence: float = setting(0.4, least=0)
+    shortest: float = setting(0.06, least=0)
+    rest: float = setting(0.35, least=0)
+    still: float = setting(0.05, least=0)
+    rest_shortest: float = setting(0.1, least=0)
 
     def __post_init__(self) -> None:
-        if self.rule not in RULES:
-            raise DnnvssError(f"visemes: unknown rule {self.rule!r}", remedy=f"Choose one of {', '.join(RULES)}")
-        if self.looks not in LOOKS:
-            raise DnnvssError(f"visemes: gestures look at {self.looks!r}", remedy=f"Choose one of {', '.join(LOOKS)}")
-        for name, value in vars(self).items():
-            if name not in ("rule", "looks") and not value >= 0:
-                raise DnnvssError(f"visemes: {name} is {value}", remedy="Give a number that is not negative")
+        check_settings(self, "visemes.gestures")
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,14 @@
 """Dynamic visemes: units learnt from the gestures of a talker, and the tier that they make of a trajectory."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face
+from dnnvss.settings import check_settings, read_settings, setting
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.visemes.clusters import METHODS, Method, partition
 from dnnvss.visemes.gestures import Gestures, GestureSettings, cut, reference_speed, silence_mask
@@ -37,36 +38,26 @@ class VisemeSettings:
         DnnvssError: an unknown method, or a number out of its range.
     """
 
-    units: int = 160
-    method: str = "kmeans"
-    length: int = 8
-    whitening: float = 0.5
-    least: int = 10
-    starts: int = 3
-    seed: int = 0
-    gestures: GestureSettings = field(default_factory=GestureSettings)
+    units: int = setting(160, least=2)
+    method: str = setting("kmeans", choices=METHODS)
+    length: int = setting(8, least=2)
+    whitening: float = setting(0.5)
+    least: int = setting(10, least=1)
+    starts: int = setting(3, least=1)
+    seed: int = setting(0, least=0)
+    gestures: GestureSettings = setting(GestureSettings())
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise DnnvssError(f"visemes: unknown method {self.method!r}", remedy=f"Choose one of {', '.join(METHODS)}")
-        for name, least in (("units", 2), ("length", 2), ("least", 1), ("starts", 1)):
-            if getattr(self, name) < least:
-                raise DnnvssError(f"visemes: {name} is {getattr(self, name)}", remedy=f"Give at least {least}")
+        check_settings(self, "visemes")
 
     @classmethod
     def from_config(cls, config: Mapping[str, Any]) -> "VisemeSettings":
-        """Return the settings of a ``conf/visemes`` file; a key ``name`` has no effect.
+        """The settings in plain containers; a key ``name`` has no effect.
 
         Raises:
             DnnvssError: a key or value that is not known.
         """
-        plain = {key: value for key, value in config.items() if key != "name"}
-        known = {*cls.__dataclass_fields__, *(f"gestures.{k}" for k in GestureSettings.__dataclass_fields__)}
-        given = {*plain, *(f"gestures.{k}" for k in plain.get("gestures", {}))}
-        if unknown := sorted(given - known):
-            raise DnnvssError(f"visemes: the configuration does not know {unknown[0]!r}",
-                              remedy=f"Use the keys {sorted(known)}")
-        return cls(**{**plain, "gestures": GestureSettings(**plain.get("gestures", {}))})
+        return read_settings(cls, {key: value for key, value in config.items() if key != "name"}, "visemes")
 
 
 @dataclass(frozen=True)

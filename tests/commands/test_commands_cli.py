@@ -1,43 +1,132 @@
-"""What is typed on the command line reaches the configuration as it was typed."""
+"""What is typed on the command line reaches the settings as it was typed, and mistakes are told in our words."""
 
 import errno
 import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
-from conftest import ROOT
+from conftest import ROOT, run_command
 from hydra import compose, initialize_config_dir
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dnnvss.commands.entry import command, helped, quoted
+from dnnvss.commands import prepare, speak, train
+from dnnvss.commands.arguments import SettingsCommand, parse_arguments
+from dnnvss.commands.compose import compose as without_hydra
+from dnnvss.commands.entry import COMMANDS
+from dnnvss.commands.usage import guarded
+
+WEIRD = "we,ird = it's $5 ${x} %d {a: b} [c] ünï \\ #é"
 
 
-def heard(text: str) -> str:
+def heard(command: SettingsCommand, key: str, text: str) -> Iterator[str]:
+    """What hydra, and what our own composer, make of a text given for a setting."""
+    given = parse_arguments(command, [f"{key}={text}"])
+    found = []
     with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return str(compose("synth", quoted([f"text={text}"])).text)
+        found.append(compose(command.config, given.for_hydra()))
+    if command is not train.COMMAND:
+        found.append(without_hydra(given))
+    for config in found:
+        for part in key.split("."):
+            config = config[part]
+        yield str(config)
 
 
 @pytest.mark.parametrize("text", [
     "Hello, I am: here", "it's {W AY1 N D}", "the ${price} is $5", "a \\${b} and \\\\${c}", "${", "back\\", "a\\'b",
-    '"quoted"', "[1, 2]", "x=y", "C:\\new\\'quote", "\\\\",
+    '"quoted"', "[1, 2]", "x=y", "C:\\new\\'quote", "\\\\", WEIRD,
 ])
 def test_texts_arrive_as_they_were_typed(text: str) -> None:
-    assert heard(text) == text
+    assert set(heard(speak.COMMAND, "text", text)) == {text}
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(st.text(st.sampled_from("ab \\'\"${},:="), min_size=1, max_size=8))
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(st.text(st.sampled_from("ab \\'\"${},;:=[]#%"), min_size=1, max_size=8))
 def test_any_text_arrives_as_it_was_typed(text: str) -> None:
     if text.strip():
-        assert heard(text) == text
+        assert set(heard(speak.COMMAND, "text", text)) == {text}
+
+
+@pytest.mark.parametrize("command, key", [
+    *((speak.COMMAND, key) for key in ("run", "runs", "wav", "alignment", "out", "into", "overrides", "import_keys",
+                                       "export_keys", "export_curves", "export_alignment", "render", "style.name",
+                                       "speech.voice")),
+    *((train.COMMAND, key) for key in ("runs", "run", "corpus.out", "corpus.name", "corpus.split", "labels.name",
+                                       "model.name", "trainer.accelerator")),
+    *((prepare.COMMAND, key) for key in ("corpus.raw", "corpus.out", "corpus.name")),
+])
+def test_any_path_or_text_of_any_command_arrives_as_it_was_typed(command: SettingsCommand, key: str) -> None:
+    assert set(heard(command, key, WEIRD)) == {WEIRD}
+
+
+def test_a_text_may_stand_in_quotes_for_hydra_and_refer_to_other_settings() -> None:
+    assert set(heard(prepare.COMMAND, "corpus.raw", "'a b'")) == {"a b"}
+    assert set(heard(train.COMMAND, "runs", "out/${corpus.name}")) == {"out/demo"}
 
 
 def test_other_settings_are_left_to_hydra() -> None:
-    assert quoted(["rate=25", "text=null", "style.rest=true"]) == ["rate=25", "text=null", "style.rest=true"]
+    given = parse_arguments(speak.COMMAND, ["rate=25", "text=null", "style.rest=true", "+style.by_group.jaw=2"])
+    assert given.for_hydra() == ["rate=25", "text=null", "++style.rest=true", "++style.by_group.jaw=2"]
+    swept = parse_arguments(train.COMMAND, ["-m", "+experiment=table2", "labels=ph", "corpus.split=,unseen"])
+    assert swept.for_hydra() == ["-m", "experiment=table2", "labels=ph", "++corpus.split='','unseen'"]
+
+
+@pytest.mark.parametrize("typed, said", [
+    ("train corpus=ann", "corpus=ann is unknown. Did you mean corpus=folder corpus.name=ann? There are demo, folder"),
+    ("train corpus=gird", "corpus=gird is unknown. Did you mean corpus=grid?"),
+    ("train trainer.epoch=3", "trainer.epoch is no setting of train. Did you mean trainer.epochs=3?"),
+    ("train model=feedforwrd", "model=feedforwrd is unknown. Did you mean model=feedforward?"),
+    ("train -m model=hsmm,gided", "model=gided is unknown. Did you mean model=guided?"),
+    ("train aam.alignmnt=rigid", "aam.alignmnt is no setting of train. Did you mean aam.alignment=rigid?"),
+    ("train grid", "grid is no setting. Did you mean corpus=grid?"),
+    ("train --multrun", "--multrun is no option of train. Did you mean --multirun?"),
+    ("train --cfg", "--cfg needs a value"),
+    ("train --config-dir nowhere", "nowhere: no such folder"),
+    ("train trainer.epochs=[1", "trainer.epochs=[1 cannot be read"),
+    ("train trainer=null", "trainer=null is unknown. There are default, paper"),
+    ("train seed=1,2", "seed=1,2 gives several values. Add -m"),
+    ("train model=hsmm model.members=2", "model.members is no setting"),
+    ("prepare raw=x", "raw is no setting of prepare. Did you mean corpus.raw=x?"),
+    ("prepare corpus=grid", "corpus.raw is not set. Add corpus.raw=... to the command"),
+    ("prepare corpus=folder corpus.raw=x corpus.importer.kind=foldr", "corpus.importer.kind=foldr is unknown"),
+    ("prepare my_videos", "my_videos is no setting. Did you mean corpus.raw=my_videos?"),
+    ("speak --text hi", "--text is no option of speak. Did you mean text=hi?"),
+    ("speak hello", "hello is no setting. Did you mean text=hello?"),
+    ("speak trainer=paper", "trainer=paper is not used by speak"),
+    ("speak style=loud", "style=loud is unknown. There are articulated, plain"),
+    ("speak rate=[1", "rate=[1 cannot be read"),
+    ("speak style.rest.deep=1", "style.rest.deep is no setting"),
+    ("compare", "RUN is missing"),
+    ("compare x --frist 3", "--frist is no option of dnnvss compare. Did you mean --first?"),
+    ("compare x out=y", "out=y is no option of dnnvss compare. Did you mean --out y?"),
+    ("compare x --first 0", "--first=0 is out of range: 1 or more"),
+    ("figure x --coefficient five", "--coefficient=five is no whole number"),
+    ("features --rate fast", "--rate=fast"),
+    ("export x --network tf", "--network: 'tf' is unknown"),
+    ("label chose x", "COMMAND: 'chose' is unknown; there are 'choose'"),
+    ("trian", "trian is no command. Did you mean train?"),
+])
+def test_a_mistake_on_the_command_line_is_told_with_what_was_meant(typed: str, said: str,
+                                                                   capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(*typed.split()) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"error: {said}") and error.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(name, "--help") == 0
+    assert len(capsys.readouterr().out.splitlines()) > 5
+    assert run_command("--help") == 0
+    assert f"  {name} " in capsys.readouterr().out
 
 
 def test_help_says_what_settings_mean(capsys: pytest.CaptureFixture[str]) -> None:
-    assert helped(ROOT / "conf", "synth", ["run=x", "--help"]) and not helped(ROOT / "conf", "synth", ["text=--help"])
+    assert run_command("speak", "run=x", "--help") == 0
     said = capsys.readouterr().out
     assert "speed: 1.0 " in said and "2 is twice as fast" in said and "# style=... one of: articulated, plain" in said
     assert "hydra:" not in said
@@ -46,10 +135,42 @@ def test_help_says_what_settings_mean(capsys: pytest.CaptureFixture[str]) -> Non
 @pytest.mark.parametrize("number, said", [(errno.EACCES, "error: x.mp4: Permission denied. Choose another place"),
                                           (errno.ENOSPC, "error: x.mp4: No space left on device. Free some")])
 def test_trouble_with_files_ends_in_a_line(number: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    @command
+    @guarded
     def write() -> None:
         raise OSError(number, os.strerror(number), "x.mp4")
 
     with pytest.raises(SystemExit, match="1"):
         write()
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["prepare", "corpus=demo"], ["train"], ["speak", "text=hi"], ["compare", "x"]])
+def test_ctrl_c_ends_every_command_alike(words: list[str], monkeypatch: pytest.MonkeyPatch,
+                                         capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(*given: object, **named: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("data_prep.demo.prepare_demo", interrupted)
+    monkeypatch.setattr("dnnvss.commands.train.train", interrupted)
+    monkeypatch.setattr("dnnvss.commands.speak.synthesise", interrupted)
+    monkeypatch.setattr("dnnvss.evaluation.finished.compare_runs", interrupted)
+    assert run_command(*words) == 130
+    assert capsys.readouterr().err.startswith("interrupted: ")
+
+
+@pytest.mark.parametrize("module, command", [
+    ("dnnvss.pipeline.label", "label"), ("dnnvss.pipeline.track", "track"), ("dnnvss.pipeline.figure", "figure"),
+    ("dnnvss.pipeline.face_figures", "face-figures"), ("dnnvss.pipeline.picture_book", "units"),
+    ("dnnvss.pipeline.visemes", "visemes"), ("dnnvss.labels", "features"), ("dnnvss.evaluation", "compare"),
+    ("dnnvss.export", "export")])
+def test_old_names_of_commands_say_what_replaced_them(module: str, command: str) -> None:
+    done = subprocess.run([sys.executable, "-m", module, "a b", "--out", "x"], capture_output=True, text=True,
+                          cwd=ROOT, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)})
+    assert done.returncode == 2 and f"is now: dnnvss {command} 'a b' --out x" in done.stderr
+
+
+@pytest.mark.parametrize("program", [["train.py"], ["synth.py"], ["-m", "data_prep"], ["-m", "dnnvss", "speak"]])
+def test_all_doors_lead_to_the_same_entry(program: list[str], tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, *program, "--verbose"], capture_output=True, text=True, cwd=ROOT,
+                          check=False, env={**os.environ, "PYTHONPATH": str(ROOT)})
+    assert done.returncode == 2 and done.stderr.startswith("error: --verbose is no option of ")

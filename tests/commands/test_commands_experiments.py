@@ -50,7 +50,7 @@ def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
             assert make_model(settings, settings.task).table is settings.task.table
 
 
-@pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2.0 is too much"),
+@pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
                                             ("model.members=0", "model.members=0 is too little")])
 def test_a_setting_that_the_model_refuses_is_named_as_it_stands(wrong: str, message: str) -> None:
     with initialize_config_dir(str(CONF), version_base="1.3"):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
-from data_prep.__main__ import run
 from data_prep.grid import DIGITS, WORDS, prepare_grid, words_of
 from dnnvss import files
+from dnnvss.commands.prepare import job
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import write_grid_align
@@ -172,7 +172,7 @@ def test_the_command_reads_its_configuration(recorded, tmp_path, capsys):
     corpus = OmegaConf.load(root / "corpus" / "grid.yaml")
     config = OmegaConf.merge(OmegaConf.load(root / "prepare.yaml"), {"corpus": corpus})
     config.corpus.raw, config.corpus.out, config.jobs = str(recorded), str(tmp_path / "grid"), 1
-    run(config)
+    job(config)
     assert capsys.readouterr().out.splitlines()[-1] == f"Corpus grid: {tmp_path / 'grid'}"
     assert Corpus.open(tmp_path / "grid").info.name == "grid"
 
@@ -180,7 +180,7 @@ def test_the_command_reads_its_configuration(recorded, tmp_path, capsys):
 def test_a_missing_setting_is_named():
     corpus = OmegaConf.load(Path(__file__).parents[2] / "conf" / "corpus" / "grid.yaml")
     with pytest.raises(DnnvssError, match=r"corpus\.raw is not set\. Add corpus\.raw=\.\.\. to the command"):
-        run(OmegaConf.create({"corpus": corpus, "jobs": 1, "backend": "loky", "strict": False}))
+        job(OmegaConf.create({"corpus": corpus, "jobs": 1, "backend": "loky", "strict": False}))
 
 
 def test_nothing_to_prepare_is_an_error(raw, tmp_path):

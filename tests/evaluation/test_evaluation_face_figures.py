@@ -5,12 +5,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from conftest import run_command
 from face import aam_cases
 from face.aam_cases import CONFIG, SIZE
 
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import face_figures
-from dnnvss.evaluation.face_figures import main, residuals, see
+from dnnvss.evaluation.face_figures import residuals, see
 from dnnvss.face import clips as clips_module
 from dnnvss.face.encoding import encode_corpus
 from dnnvss.face.points.settings import PointsSettings
@@ -30,7 +31,7 @@ def encoded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_figures_of_an_encoding(encoded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(face_figures, "read_video", np.load)
-    assert main([str(encoded), "--utterance", "toy3", "--modes", "2", "--out", str(tmp_path)]) == 0
+    assert run_command("face-figures", str(encoded), "--utterance", "toy3", "--modes", "2", "--out", str(tmp_path)) == 0
     rows = cv2.imread(str(tmp_path / "reconstruction.png")).astype(int)
     recorded, drawn, wrong = np.split(rows, 3)
     assert np.abs(recorded - drawn)[4:-4].mean() < 1.5 and np.abs(wrong[4:-4, 4:-4] - 128).mean() < 20

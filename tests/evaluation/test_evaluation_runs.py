@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import CHROMIUM, open_browser
-from conftest import ROOT
+from conftest import ROOT, run_command
 from face.aam_cases import CONFIG, clip_arrays, corpus
 from hydra import compose, initialize_config_dir
 
 from dnnvss import DnnvssError, files
-from dnnvss.commands.compare import main
 from dnnvss.commands.plain import run_settings
 from dnnvss.curves import resample
 from dnnvss.evaluation.runs import make_bench, read_run
@@ -74,7 +73,7 @@ def test_landmarks_are_tracked_and_in_the_frame_of_the_face(run):
 
 
 def test_the_command_writes_three_reports(run, tmp_path, capsys):
-    assert main([str(run), "--out", str(tmp_path / "out"), "--first", "2"]) == 0
+    assert run_command("compare", str(run), "--out", str(tmp_path / "out"), "--first", "2") == 0
     result = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert result["values"]["run"]["gv_ratio"]["value"] == pytest.approx(0.25, abs=1e-4)
     assert result["values"]["run"]["correlation"]["value"] == pytest.approx(1.0)
@@ -87,15 +86,15 @@ def test_the_command_writes_three_reports(run, tmp_path, capsys):
 def test_another_corpus_is_refused(run, tmp_path, capsys):
     stale = Path(shutil.copytree(run, tmp_path / "stale"))
     files.write_json(stale / "run.json", {"corpus": "somethingelse"})
-    assert main([str(stale)]) == 1
+    assert run_command("compare", str(stale)) == 1
     assert "was trained on the corpus somethingelse" in capsys.readouterr().err
     assert not (stale / "evaluation").exists()
 
 
 def test_runs_that_do_not_fit_are_refused(run, tmp_path, capsys):
-    assert main([str(tmp_path / "nothing")]) == 1
+    assert run_command("compare", str(tmp_path / "nothing")) == 1
     assert "no such file" in capsys.readouterr().err
-    assert main([str(run), str(run)]) == 1
+    assert run_command("compare", str(run), str(run)) == 1
     assert "named twice" in capsys.readouterr().err
     other = tmp_path / "other"
     for name in ("config.yaml", "run.json"):
@@ -114,7 +113,7 @@ def test_the_report_opens_from_disk_in_a_browser_and_its_video_plays(run, tmp_pa
         write_video(run / "videos" / f"toy{i}.mp4", grey, 25, np.zeros(32000), 16000)
     files.write_arrays(run / "predictions" / "predicted_lively.npz",
                        **files.read_arrays(run / "predictions" / "reference.npz"))
-    assert main([str(run), "--out", str(run / "evaluation"), "--first", "2"]) == 0
+    assert run_command("compare", str(run), "--out", str(run / "evaluation"), "--first", "2") == 0
     page = run / "evaluation" / "evaluation.html"
     assert "run, lively" in page.read_text()
     with open_browser(tmp_path / "profile") as browser:

@@ -73,9 +73,10 @@ def test_what_is_at_its_default_is_left_out_of_plain_containers() -> None:
 
 
 @pytest.mark.parametrize("change, message", [
-    ({"alignment": "affine"}, "similarity or rigid"), ({"colour": "yiq"}, "rgb or luminance"),
-    ({"parts": [{"name": "mouth"}]}, "no groups"),
-    ({"parts": [{"name": "a", "groups": ["b"], "k": 1}]}, "unknown key 'k'"),
+    ({"alignment": "affine"}, "one of similarity, rigid"), ({"colour": "yiq"}, "one of rgb, luminance"),
+    ({"parts": [{"name": "mouth"}]}, r"aam\.parts\[0\]\.groups is not set"),
+    ({"parts": [{"name": "mouth", "groups": []}]}, "no groups"),
+    ({"parts": [{"name": "a", "groups": ["b"], "k": 1}]}, r"aam\.parts\[0\]\.k is no setting"),
     ({"parts": [{"name": "a", "groups": ["b"]}] * 2}, "two parts of one name")])
 def test_choices_that_mean_nothing_are_refused(change: dict, message: str) -> None:
     with pytest.raises(DnnvssError, match=message):

@@ -51,7 +51,7 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def test_labels_become_landmarks_of_every_frame(material: tuple[Path, Path]) -> None:
     labels, videos = material
-    command = [sys.executable, "-m", "dnnvss.face.aam.tracking", str(labels), str(videos), "--jobs", "2"]
+    command = [sys.executable, "-m", "dnnvss", "track", str(labels), str(videos), "--jobs", "2"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)  # as a user would, in two processes
     assert done.returncode == 0, done.stderr
     assert f"{2 * FRAMES} of {2 * FRAMES} frames of 2 videos are tracked" in done.stdout

@@ -3,20 +3,19 @@
 from pathlib import Path
 
 import pytest
-
-from dnnvss.commands.features import main
+from conftest import run_command
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_the_page_on_features_is_current(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--conf", str(ROOT / "conf" / "labels")]) == 0
+    assert run_command("features", "--conf", str(ROOT / "conf" / "labels")) == 0
     written = (ROOT / "docs" / "features.md").read_text("utf-8")
     assert capsys.readouterr().out == written, "run: python -m dnnvss features > docs/features.md"
 
 
 def test_one_table(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(ROOT / "conf" / "labels" / "ph_b.yaml"), "--rate", "50"]) == 0
+    assert run_command("features", str(ROOT / "conf" / "labels" / "ph_b.yaml"), "--rate", "50") == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "## ph_b"
     assert lines[2].startswith("332 columns: 327 binary, of which at most 26 are 1 in a frame, and 5 numeric. Hash `")
@@ -27,10 +26,10 @@ def test_one_table(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_errors_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(tmp_path / "none.yaml")]) == 1
+    assert run_command("features", str(tmp_path / "none.yaml")) == 1
     assert "no such file" in capsys.readouterr().err
     (tmp_path / "bad.yaml").write_text("blocks: [: ]")
-    assert main([str(tmp_path / "bad.yaml")]) == 1
+    assert run_command("features", str(tmp_path / "bad.yaml")) == 1
     assert "bad.yaml: cannot be read" in capsys.readouterr().err
-    assert main(["--conf", str(tmp_path / "empty")]) == 1
+    assert run_command("features", "--conf", str(tmp_path / "empty")) == 1
     assert "holds no configuration" in capsys.readouterr().err

@@ -10,14 +10,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, run_command
 from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig, OmegaConf
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
-from dnnvss.commands.compare import main as evaluate_runs
-from dnnvss.commands.entry import grouped
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.sweep import CompareRuns, _free, run_folder, what_differs
 from dnnvss.commands.train import train
@@ -404,7 +402,7 @@ def test_checkpoint_cut_short_is_refused(home: Path, tmp_path: Path) -> None:
 
 
 def test_runs_are_compared_in_one_table(home: Path) -> None:
-    assert evaluate_runs([str(home / "runs" / "ph"), str(home / "runs" / "ph_a"), "--out", str(home / "compared")]) == 0
+    assert run_command("compare", home / "runs" / "ph", home / "runs" / "ph_a", "--out", home / "compared") == 0
     table = (home / "compared" / "evaluation.md").read_text()
     for name in ("ph", "ph_a"):
         headline = files.read_json(home / "runs" / name / "metrics.json")["headline"]
@@ -429,7 +427,6 @@ def test_commands_print_one_line_for_a_mistake(home: Path, tmp_path: Path) -> No
 
 
 def test_an_experiment_may_be_written_with_a_plus() -> None:
-    assert grouped(["-m", "+experiment=table2", "labels=ph"]) == ["-m", "experiment=table2", "labels=ph"]
     command = [sys.executable, ROOT / "train.py", "+experiment=paper", "--cfg", "job"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0 and "3000" in done.stdout

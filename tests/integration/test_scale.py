@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, run_command
 from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
-from dnnvss.commands.export import main as export
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.train import train
 from dnnvss.errors import DnnvssError
@@ -82,7 +81,7 @@ def test_a_run_that_fails_does_not_end_the_sweep(home: Path, tmp_path: Path) -> 
 def test_a_bundle_speaks_as_its_run_does_without_lightning_or_hydra(home: Path, tmp_path: Path) -> None:
     pytest.importorskip("onnxscript", reason="the extra `export` is not installed")
     run = next((home / "runs").glob("*/metrics.json")).parent
-    assert export([str(run), "--out", str(tmp_path / "bundle")]) == 0
+    assert run_command("export", str(run), "--out", str(tmp_path / "bundle")) == 0
     text, where = "text=Hello, my friend: I am here", f"out={tmp_path}/a.mp4"
     program = ("import runpy, sys; sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__'); "
                "print('LOADED', *sorted({'lightning', 'hydra', 'sklearn', 'tensorboard', 'nltk'} & set(sys.modules)))")

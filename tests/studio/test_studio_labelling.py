@@ -14,10 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import CHROMIUM, open_browser
-from conftest import ROOT
+from conftest import ROOT, run_command
 from face.aam_cases import picture
 
-from dnnvss.commands.label import main
 from dnnvss.face.aam.labelling import export
 from dnnvss.face.aam.labelling.sheet import Label, Sheet
 from dnnvss.formats.landmarks import read_pts, write_pts
@@ -66,7 +65,7 @@ def test_frames_are_chosen_exported_and_added_to(
     videos: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "labels"
-    assert main(["choose", str(videos), "--count", "4", "--out", str(out)]) == 0
+    assert run_command("label", "choose", str(videos), "--count", "4", "--out", str(out)) == 0
     assert "4 guesses placed by:" in capsys.readouterr().out
     sheet = Sheet.open(out)
     assert len(sheet.labels) == 4 and sheet.count == 40 and sheet.videos == str(videos.resolve())
@@ -76,11 +75,10 @@ def test_frames_are_chosen_exported_and_added_to(
     assert {label.video for label in sheet.labels} == {"one.mp4", "deep/two.mp4"}
     moved = sheet.read(sheet.labels[0]) + 1
     sheet.write(sheet.labels[0].image, moved, done=True)
-    assert main(["choose", str(videos), "--count", "6", "--out", str(out)]) == 0
+    assert run_command("label", "choose", str(videos), "--count", "6", "--out", str(out)) == 0
     more = Sheet.open(out)
     assert set(sheet.labels) <= set(more.labels) and more.read(sheet.labels[0]) == pytest.approx(moved)
-    with pytest.raises(SystemExit):
-        main(["choose", str(videos), "--count", "4", "--out", str(out), "--scheme", "ibug68"])
+    assert run_command("label", "choose", str(videos), "--count", "4", "--out", str(out), "--scheme", "ibug68") == 1
     assert "holds labels of the scheme 'lips_jaw_nostrils'" in capsys.readouterr().err
 
 
@@ -91,10 +89,10 @@ def test_videos_whose_paths_look_alike_have_pictures_of_their_own(
     for k, name in enumerate(("a/b.mp4", "a_b.mp4", "a_b.avi", "A_B.mp4")):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_video(folder / name, [picture(2 * k + np.sin(0.7 * t)) for t in range(20)], 25)
-    assert main(["choose", str(folder / "a_b.mp4"), "--count", "3", "--out", str(out)]) == 0
+    assert run_command("label", "choose", str(folder / "a_b.mp4"), "--count", "3", "--out", str(out)) == 0
     first = Sheet.open(out)
     assert {label.image.rpartition("_")[0] for label in first.labels} == {"a_b"}
-    assert main(["choose", str(folder), "--count", "12", "--out", str(out)]) == 0
+    assert run_command("label", "choose", str(folder), "--count", "12", "--out", str(out)) == 0
     sheet = Sheet.open(out)
     assert set(first.labels) <= set(sheet.labels)
     assert {label.video for label in sheet.labels} == {"a/b.mp4", "a_b.mp4", "a_b.avi", "A_B.mp4"}
@@ -102,7 +100,7 @@ def test_videos_whose_paths_look_alike_have_pictures_of_their_own(
     assert len(set(names.values())) == 4
     images = [label.image.lower() for label in sheet.labels]
     assert len(set(images)) == len(images) and all((out / label.image).is_file() for label in sheet.labels)
-    assert main(["choose", str(folder), "--count", "12", "--out", str(out)]) == 0
+    assert run_command("label", "choose", str(folder), "--count", "12", "--out", str(out)) == 0
     assert Sheet.open(out).labels == sheet.labels
 
 
@@ -110,13 +108,12 @@ def test_check_lists_what_is_open_and_ends_with_an_error(
     served: Served, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = str(served.desk.sheet.folder)
-    with pytest.raises(SystemExit):
-        main(["check", folder])
+    assert run_command("label", "check", folder) == 1
     said = capsys.readouterr()
     assert said.out.count("not finished") == 3 and "3 of 3 labels need a look" in said.err
     for label in served.desk.sheet.labels:
         served.desk.store(label.image, {"points": POINTS.tolist(), "done": True})
-    assert main(["check", folder]) == 0
+    assert run_command("label", "check", folder) == 0
     assert "none looks wrong" in capsys.readouterr().out
 
 
@@ -124,7 +121,7 @@ def test_the_page_and_the_commands_keep_what_the_others_wrote(
     videos: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "labels"
-    main(["choose", str(videos), "--count", "3", "--out", str(out)])
+    run_command("label", "choose", str(videos), "--count", "3", "--out", str(out))
     first = Sheet.open(out)
     desk = LabelDesk(out)
     page = [{"points": first.read(label).tolist(), "done": True} for label in first.labels]
@@ -135,7 +132,7 @@ def test_the_page_and_the_commands_keep_what_the_others_wrote(
         return inner(*given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(export, "place", finished_meanwhile)
-    main(["choose", str(videos), "--count", "5", "--out", str(out)])
+    run_command("label", "choose", str(videos), "--count", "5", "--out", str(out))
     more = Sheet.open(out)
     assert len(more.labels) >= 5 and more.done == {first.labels[0].image}
     more.write(first.labels[1].image, first.read(first.labels[1]), done=True)

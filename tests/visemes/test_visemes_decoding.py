@@ -98,7 +98,7 @@ def test_grammar_survives_a_checkpoint(grammar: Grammar) -> None:
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(DnnvssError, match="no sequence"):
         Grammar.of([], 3)
-    with pytest.raises(DnnvssError, match=r"decoding.cuts is -1"):
+    with pytest.raises(DnnvssError, match=r"decoding\.cuts=-1 is too little"):
         DecodingSettings(cuts=-1)
 
 

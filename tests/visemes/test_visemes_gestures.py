@@ -121,9 +121,9 @@ def test_silence_mask() -> None:
 
 
 def test_refusals() -> None:
-    with pytest.raises(DnnvssError, match="unknown rule 'jerk'"):
+    with pytest.raises(DnnvssError, match="rule=jerk is unknown"):
         GestureSettings(rule="jerk")
-    with pytest.raises(DnnvssError, match="shortest is -1"):
+    with pytest.raises(DnnvssError, match="shortest=-1 is too little"):
         GestureSettings(shortest=-1)
     with pytest.raises(DnnvssError, match=r"shape \(5, 2\) with silence \(4,\)"):
         cut(np.zeros((5, 2)), np.zeros(4, bool), CLOCK, GestureSettings(), 1.0)

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import run_command
 from face.face_cases import LinearFace, rig
 from omegaconf import OmegaConf
 
-from dnnvss.commands.visemes import main, report, viseme_settings
 from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, perform_take, script
 from dnnvss.corpus.talker.geometry import landmark_track
 from dnnvss.curves import resample
@@ -28,6 +28,8 @@ from dnnvss.visemes import (
     learn,
     viseme_tier,
 )
+from dnnvss.visemes.corpus import viseme_settings
+from dnnvss.visemes.report import report
 from dnnvss.visemes.units import shapes
 
 CLOCK = FrameClock(100)
@@ -65,7 +67,7 @@ def test_gestures_look_at_the_points_of_the_face_or_at_coefficients() -> None:
         gesture_view(model, GestureSettings(coefficients=1))
     with pytest.raises(DnnvssError, match=r"no points.*looks=coefficients"):
         gesture_view(rig(2), GestureSettings())
-    with pytest.raises(DnnvssError, match="'lips'"):
+    with pytest.raises(DnnvssError, match="looks=lips is unknown"):
         GestureSettings(looks="lips")
 
 
@@ -187,18 +189,18 @@ def test_measurements_are_a_table(talker: Talker, capsys: pytest.CaptureFixture[
     assert [r[0] for r in rows] == ["cut by", "---", *cuts, "units", "---", "20", "40"]
     assert float(rows[2][5]) > 0.9
     assert float(rows[2][5]) > float(rows[5][5])
-    assert main(["/nowhere"]) == 1
+    assert run_command("visemes", "/nowhere") == 1
     assert "corpus.json: no such file" in capsys.readouterr().err
 
 
 def test_configuration() -> None:
     config = OmegaConf.load(Path(__file__).parents[2] / "conf" / "visemes" / "default.yaml")
     assert viseme_settings(config) == VisemeSettings()
-    with pytest.raises(DnnvssError, match="does not know 'unit'"):
+    with pytest.raises(DnnvssError, match=r"visemes\.unit is no setting. Did you mean visemes\.units\?"):
         VisemeSettings.from_config({"unit": 3})
-    with pytest.raises(DnnvssError, match=r"does not know 'gestures.shortes'"):
+    with pytest.raises(DnnvssError, match=r"visemes\.gestures\.shortes.*gestures\.shortest\?"):
         VisemeSettings.from_config({"gestures": {"shortes": 3}})
-    with pytest.raises(DnnvssError, match="unknown method 'gmm'"):
+    with pytest.raises(DnnvssError, match="method=gmm is unknown"):
         VisemeSettings(method="gmm")
-    with pytest.raises(DnnvssError, match="units is 1"):
+    with pytest.raises(DnnvssError, match="units=1 is too little"):
         VisemeSettings(units=1)

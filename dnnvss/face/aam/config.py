@@ -1,15 +1,14 @@
 """The settings of the active appearance model."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.parts import Part
 from dnnvss.face.point_set import PointSet
+from dnnvss.settings import check_settings, read_settings, setting
 
-_WORDS = {"kind": ("combined", "separate"), "texture_shape": ("open", "mean"), "alignment": ("similarity", "rigid"),
-          "colour": ("rgb", "luminance")}
 _LATER: dict[str, Any] = {"alignment": "similarity", "colour": "rgb", "parts": []}
 """Settings that the first format of stored models did not have, and what they mean where they are absent."""
 
@@ -43,54 +42,43 @@ class AAMConfig:
 
     face: ClassVar[str] = "aam"
 
-    points: PointSet = field(default_factory=PointSet)
-    kind: str = "combined"
-    modes: float = 30
-    shape_modes: float = 12
-    texture_modes: float = 30
-    shape_weight: float = 0.7
-    texture_shape: str = "open"
-    scale: float = 1.0
-    pose_smoothing: float = 0.12
+    points: PointSet = setting(PointSet())
+    kind: str = setting("combined", choices=("combined", "separate"))
+    modes: int | float = setting(30, above=0)
+    shape_modes: int | float = setting(12, above=0)
+    texture_modes: int | float = setting(30, above=0)
+    shape_weight: float = setting(0.7, above=0)
+    texture_shape: str = setting("open", choices=("open", "mean"))
+    scale: float = setting(1.0, above=0)
+    pose_smoothing: float = setting(0.12, least=0)
     clip_means: bool = True
-    texture_frames: int = 6000
-    texture_every: int = 5
-    outlier: float = 10.0
-    seed: int = 1
-    alignment: str = "similarity"
-    colour: str = "rgb"
+    texture_frames: int = setting(6000, least=1)
+    texture_every: int = setting(5, least=1)
+    outlier: float = setting(10.0, above=0)
+    seed: int = setting(1, least=0)
+    alignment: str = setting("similarity", choices=("similarity", "rigid"))
+    colour: str = setting("rgb", choices=("rgb", "luminance"))
     parts: tuple[Part, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse values that mean nothing."""
-        for name, known in _WORDS.items():
-            if getattr(self, name) not in known:
-                raise DnnvssError(f"aam.{name} is {getattr(self, name)!r}", remedy=f"Choose {' or '.join(known)}")
+        check_settings(self, "aam")
         if len({part.name for part in self.parts}) < len(self.parts):
             raise DnnvssError("aam.parts has two parts of one name", remedy="Name each part once")
-        for name in ("modes", "shape_modes", "texture_modes", "shape_weight", "scale", "texture_frames",
-                     "texture_every", "outlier"):
-            if not getattr(self, name) > 0:
-                raise DnnvssError(f"aam.{name} is {getattr(self, name)}", remedy="Give a number above 0")
-        if self.pose_smoothing < 0:
-            raise DnnvssError(f"aam.pose_smoothing is {self.pose_smoothing}", remedy="Give seconds, 0 for none")
+
+    @classmethod
+    def from_setting(cls, value: Any, where: str) -> "AAMConfig":
+        """The settings that a group of settings holds; see :meth:`from_dict`."""
+        return read_settings(cls, value, where)
 
     @classmethod
     def from_dict(cls, value: Mapping[str, Any]) -> "AAMConfig":
-        """Return the settings that plain containers (YAML) describe; what is absent keeps its default.
+        """The settings that plain containers (YAML) describe; what is absent keeps its default.
 
         Raises:
             DnnvssError: an unknown key or a value out of range.
         """
-        known = {f.name for f in fields(cls)}
-        if unknown := sorted(set(value) - known):
-            raise DnnvssError(f"unknown setting aam.{unknown[0]}", remedy=f"Use some of {sorted(known)}")
-        plain = dict(value)
-        if "points" in plain and not isinstance(plain["points"], PointSet):
-            plain["points"] = PointSet.from_dict(plain["points"])
-        if "parts" in plain:
-            plain["parts"] = tuple(part if isinstance(part, Part) else Part.from_dict(part) for part in plain["parts"])
-        return cls(**plain)
+        return cls.from_setting(value, "aam")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain containers, the inverse of :meth:`from_dict`.

@@ -7,8 +7,8 @@ outside it, so that parameters of all parts stand next to each other and one mod
 are joined through the parent's model, ours meet at the triangles' edges.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.point_set import Layout
+from dnnvss.settings import check_settings, setting, shown
 
 
 @dataclass(frozen=True)
@@ -30,25 +31,16 @@ class Part:
 
     name: str
     groups: tuple[str, ...]
-    modes: float = 0
+    modes: int | float = setting(0, least=0)
 
-    @classmethod
-    def from_dict(cls, value: Mapping[str, Any]) -> "Part":
-        """Return the part that plain containers (YAML) describe.
-
-        Raises:
-            DnnvssError: an unknown key, no name or no group.
-        """
-        known = {f.name for f in fields(cls)}
-        if unknown := sorted(set(value) - known):
-            raise DnnvssError(f"unknown key {unknown[0]!r} in aam.parts", remedy=f"Use some of {sorted(known)}")
-        if not value.get("name") or not value.get("groups"):
-            raise DnnvssError(f"aam.parts: {dict(value)} has no name or no groups",
+    def __post_init__(self) -> None:
+        check_settings(self, "aam.parts")
+        if not self.name or not self.groups:
+            raise DnnvssError(f"aam.parts: {shown(self.to_dict())} has no name or no groups",
                               remedy="Give each part a name and the landmark groups that are its own")
-        return cls(str(value["name"]), tuple(value["groups"]), value.get("modes", 0))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain containers, the inverse of :meth:`from_dict`."""
+        """Return plain containers, as a file of ``conf/aam`` holds them."""
         return {"name": self.name, "groups": list(self.groups), "modes": self.modes}
 
 

@@ -1,16 +1,12 @@
-"""``python -m dnnvss.face.aam.tracking LABELS VIDEOS``: the points of every frame, from about thirty labelled ones.
+"""The points of every frame of a folder of videos, from about thirty labelled ones.
 
-LABELS is the folder that ``python -m dnnvss.pipeline.label`` made, with every label finished; VIDEOS is a folder of
-videos (or one video). Beside each ``ID.mp4`` is written ``ID.npz`` with ``points`` (F, P, 2), ``valid`` (F,), ``error``
-(F,) and ``flag`` (F,), and ``landmarks.json`` with the groups: what ``python -m data_prep corpus=folder`` reads.
-``tracking/`` holds the search models and the report. A second call tracks only what is new: videos that were added or
-replaced. With ``--own N`` the second model is kept as long as the labels, the settings and N stay as they are; delete
-``tracking/search_own.npz`` to have it learnt anew.
+Beside each ``ID.mp4`` is written ``ID.npz`` with ``points`` (F, P, 2), ``valid`` (F,), ``error`` (F,) and ``flag``
+(F,), and ``landmarks.json`` with the groups: what an importer of folders reads.
+``tracking/`` holds the search models and the
+report.
 """
 
-import argparse
 import hashlib
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -22,7 +18,6 @@ import numpy as np
 from tqdm import tqdm
 
 from dnnvss import files
-from dnnvss.commands.entry import command
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.sheet import Sheet
 from dnnvss.face.aam.search import track
@@ -232,28 +227,3 @@ def summary(report: Path) -> str:
         flags = ", ".join(f"{row[name]} {name}" for name in FLAGS[2:] if row[name])
         lines.append(f"  {row['video']}: {flags} of {row['frames']} frames")
     return "\n".join(lines)
-
-
-@command
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Track the videos, print the report and return 0."""
-    parser = argparse.ArgumentParser(prog="python -m dnnvss.face.aam.tracking", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("labels", type=Path, metavar="LABELS", help="folder of finished labels")
-    parser.add_argument("videos", type=Path, metavar="VIDEOS", help="folder of videos, or one video")
-    parser.add_argument("--out", type=Path, help="where to write; beside the videos unless given")
-    parser.add_argument("--own", type=int, default=0, metavar="N",
-                        help="train again on N confident frames of the model's own, and track again; 0 for not")
-    parser.add_argument("--colour", choices=("grey", "rgb"), default=SearchSettings.colour, help="what is searched in")
-    parser.add_argument("--jobs", type=int, default=-1, help="processes; -1 for all cores")
-    options = parser.parse_args(arguments)
-    report = track_folder(options.labels, options.videos, options.out, own=options.own, jobs=options.jobs,
-                          settings=SearchSettings(colour=options.colour))
-    print(f"{summary(report)}\nwrote {report}")
-    return 0
-
-
-if __name__ == "__main__":
-    from dnnvss.face.aam.tracking import main as run  # workers cannot find what belongs to __main__
-
-    sys.exit(run())

@@ -44,7 +44,7 @@ class PointsSettings:
         """
         plain = dict(value)
         if isinstance(plain.get("points"), Mapping):
-            plain["points"] = PointSet.from_dict(plain["points"])
+            plain["points"] = PointSet.from_dict(plain["points"], "face.points")
         return read_settings(cls, plain, "face")
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,0 +1,73 @@
+"""Where ``conf/`` lies, and what its files say: groups, their choices, names of settings, and help."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from omegaconf import OmegaConf
+
+import dnnvss
+
+_PACKAGE = Path(dnnvss.__file__).parent
+
+
+def conf_folder() -> Path:
+    """The folder of settings: inside the package where that was installed from a wheel, else beside it."""
+    packed = _PACKAGE / "conf"
+    return packed if packed.is_dir() else _PACKAGE.parent / "conf"
+
+
+def groups(folder: Path, name: str) -> dict[str, str | None]:
+    """The groups that ``name.yaml`` builds on, each with its default choice."""
+    found: dict[str, str | None] = {}
+    for entry in _load(folder / f"{name}.yaml").get("defaults", []):
+        if isinstance(entry, dict):
+            (group, choice), = entry.items()
+            if not group.startswith("override "):
+                found[group.removeprefix("optional ")] = choice
+    return found
+
+
+def choices(folders: Iterable[Path], group: str) -> list[str]:
+    """The files of a group in some folders of settings, without suffix."""
+    return sorted({path.stem for folder in folders for path in (folder / group).glob("*.yaml")})
+
+
+def setting_names(folders: Sequence[Path], name: str) -> list[str]:
+    """The dotted names of all settings in ``name.yaml`` and in the files of its groups."""
+    found = dict.fromkeys(_names(_own(folders[0] / f"{name}.yaml")))
+    for group in groups(folders[0], name):
+        for folder in folders:
+            for path in sorted((folder / group).glob("*.yaml")):
+                if "@package _global_" not in path.read_text(encoding="utf-8"):
+                    found |= dict.fromkeys(f"{group}.{n}" for n in _names(_own(path)))
+    return list(found)
+
+
+def help_text(folder: Path, name: str) -> str:
+    """The settings of a command with what they mean, from its file and the folders of its groups."""
+    text = (folder / f"{name}.yaml").read_text(encoding="utf-8")
+    lines = [text[: text.index("\nhydra:")] if "\nhydra:" in text else text]
+    for group in sorted(set(re.findall(r"^  - (\w+):", text, re.MULTILINE)) & {p.name for p in folder.iterdir()}):
+        lines.append(f"# {group}=... one of: {', '.join(choices([folder], group))}")
+    lines.append("# conf/GROUP/NAME.yaml says what the settings of a group mean; give one as GROUP.SETTING=VALUE.\n"
+                 "# --cfg job prints all settings with their values, --hydra-help hydra's own options.")
+    return "\n".join(lines)
+
+
+def _load(path: Path) -> dict[str, Any]:
+    loaded: Any = OmegaConf.to_container(OmegaConf.load(path))
+    return loaded
+
+
+def _own(path: Path) -> dict[str, Any]:
+    return {key: value for key, value in _load(path).items() if key not in ("defaults", "hydra")}
+
+
+def _names(values: dict[str, Any], above: str = "") -> Iterator[str]:
+    for key, value in values.items():
+        if isinstance(value, dict) and value:
+            yield from _names(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}"

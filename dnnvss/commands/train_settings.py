@@ -1,0 +1,111 @@
+"""The typed root of ``conf/train.yaml``: all its settings with their types.
+
+The command reads it before it does anything, so that a mistake in any setting is told at once.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dnnvss.commands.prepare_settings import CorpusSettings
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam import AAMConfig
+from dnnvss.face.kinds import FACES, read_face_settings
+from dnnvss.features import FeatureTable
+from dnnvss.settings import read_settings, setting, shown
+from dnnvss.style.generator import StyleSettings
+from dnnvss.systems.registry import read_system, systems
+from dnnvss.systems.units import UnitPlan
+from dnnvss.timing import FrameClock
+from dnnvss.training import FitSettings
+
+
+@dataclass(frozen=True)
+class FaceGroup:
+    """The group ``face``: the kind of a face, and settings of that kind."""
+
+    settings: Any
+
+    @classmethod
+    def from_setting(cls, value: Any, where: str) -> "FaceGroup":
+        """The settings of the kind that a group names.
+
+        Raises:
+            DnnvssError: an unknown kind, or a setting that it refuses.
+        """
+        if not isinstance(value, Mapping):
+            raise DnnvssError(f"{where}={shown(value)} is no table of names and values",
+                              remedy=f"Give {where}.kind=...")
+        kind = value.get("kind")
+        if not isinstance(kind, str) or kind not in FACES:
+            raise DnnvssError(f"{where}.kind={shown(kind)} is unknown", remedy=f"Use one of {', '.join(FACES)}")
+        return cls(read_face_settings(kind, {k: v for k, v in value.items() if k != "kind"}))
+
+    @staticmethod
+    def alternatives() -> tuple[Any, ...]:
+        """Any settings: they depend on the kind."""
+        return (Mapping[str, Any],)
+
+
+@dataclass(frozen=True)
+class SystemSettings:
+    """The group ``model``: a system by name, and what it lets one set."""
+
+    name: str
+    settings: Any
+
+    @classmethod
+    def from_setting(cls, value: Any, where: str) -> "SystemSettings":
+        """The settings of the system that a group names.
+
+        Raises:
+            DnnvssError: an unknown system, or a setting that it refuses.
+        """
+        if not isinstance(value, Mapping):
+            raise DnnvssError(f"{where}={shown(value)} is no table of names and values",
+                              remedy=f"Give {where}.system=...")
+        named = read_settings(Named, {k: v for k, v in value.items() if k in ("name", "system")}, where)
+        return cls(named.name, read_system(named.name, value, where, f"{where}.fit")[1])
+
+    @staticmethod
+    def alternatives() -> tuple[Any, ...]:
+        """The types of the settings of all systems."""
+        return (Named, *(system.Settings for system in systems().values()))
+
+
+@dataclass(frozen=True)
+class Named:
+    """What every file of ``conf/model`` says."""
+
+    name: str
+    system: str | None = None
+
+
+@dataclass(frozen=True)
+class TrajectorySettings:
+    """The group ``trajectory``: the clock of systems, and the streams that MLPG joins."""
+
+    rate: FrameClock
+    windows: str = setting("static_delta_delta2", choices=("static", "static_delta", "static_delta_delta2"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainSettings:
+    """``conf/train.yaml``."""
+
+    seed: int = setting(0, least=0)
+    runs: Path = Path("runs")
+    run: Path | None = None
+    overwrite: bool = False
+    jobs: int = setting(-1, least=-1)
+    sample: bool = True
+    corpus: CorpusSettings
+    face: FaceGroup
+    aam: AAMConfig
+    labels: FeatureTable
+    visemes: UnitPlan
+    trainer: FitSettings
+    model: SystemSettings
+    trajectory: TrajectorySettings
+    style: StyleSettings

@@ -1,0 +1,39 @@
+"""Mistakes on the command line, and the statuses that every command ends with."""
+
+import functools
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+
+DONE, FAILED, MISUSED, INTERRUPTED = 0, 1, 2, 130
+"""Statuses: all went well; something is wrong with what was read or written; the command line cannot be understood;
+Ctrl-C."""
+
+
+class UsageError(DnnvssError):
+    """A command line that cannot be understood, or a setting that cannot be."""
+
+
+def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
+    """``function`` with every mistake of the user's turned into one line on standard error and an exit status."""
+
+    @functools.wraps(function)
+    def wrapped(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return function(*args, **kwargs)
+        except DnnvssError as error:
+            print(f"error: {error}", file=sys.stderr)
+            sys.exit(MISUSED if isinstance(error, UsageError) else FAILED)
+        except OSError as error:
+            if (remedy := files.remedy_for(error)) is None:
+                raise
+            print(f"error: {error.filename or 'the disk'}: {error.strerror}. {remedy}.", file=sys.stderr)
+            sys.exit(FAILED)
+        except KeyboardInterrupt:
+            print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
+            sys.exit(INTERRUPTED)
+
+    return wrapped

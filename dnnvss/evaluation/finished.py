@@ -1,0 +1,68 @@
+"""Finished runs compared: one table of all their metrics, as text, Markdown, JSON and a page."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.across import Side, compare_faces
+from dnnvss.evaluation.comparison import Predictions, compare
+from dnnvss.evaluation.page import write_page
+from dnnvss.evaluation.runs import by_face, make_bench, read_run
+
+_HASH = re.compile("-[0-9a-f]{8}$")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What comes of a comparison: the table as text, and the path of the page."""
+
+    table: str
+    page: Path
+
+
+def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequence[str] | None = None, *,
+                 first: int = 5, seed: int = 0) -> Compared:
+    """All metrics of finished runs, written as ``evaluation.md``, ``.json`` and ``.html``.
+
+    Runs of different faces are compared by the gauges that they share (:mod:`dnnvss.evaluation.across`).
+
+    Args:
+        folders: of the runs.
+        out: where to write; ``evaluation`` in the first run's folder unless given.
+        names: of the runs; from their folders unless given.
+        first: leading coefficients in averages.
+        seed: of anchors, bootstrap and permutation tests.
+
+    Raises:
+        DnnvssError: a folder of no finished run, runs of other test sentences, or a run that is named twice.
+    """
+    runs = [read_run(folder) for folder in folders]
+    names = names or run_titles(list(folders))
+    sides = {}
+    for face, group in by_face(dict(zip(names, runs, strict=True))).items():
+        systems: dict[str, Predictions] = {name: run.arrays["predicted"] for name, run in group.items()}
+        systems |= {f"{name}, {style}": own for name, run in group.items() for style, own in run.styled.items()}
+        sides[face] = Side(make_bench(list(group.values()), first), systems)
+    if len(sides) == 1:
+        told = next(iter(sides.values()))
+        result = compare(told.bench, told.systems, seed)
+    else:
+        result, told = compare_faces(sides, seed)
+    out = out or folders[0] / "evaluation"
+    files.write_text(out / "evaluation.md", result.markdown())
+    files.write_json(out / "evaluation.json", result.to_json())
+    page = write_page(out / "evaluation.html", result, told.bench, told.systems, dict(zip(names, folders, strict=True)))
+    return Compared(result.table(), page)
+
+
+def run_titles(folders: list[Path]) -> list[str]:
+    """A different name for each folder: its own without the hash, the whole or its path where two agree."""
+    if len(set(map(str, folders))) < len(folders):
+        raise DnnvssError("the same run is named twice", remedy="Name each run once")
+    whole = [folder.resolve().name for folder in folders]
+    bare = [_HASH.sub("", name) for name in whole]
+    return [b if bare.count(b) == 1 else w if whole.count(w) == 1 else str(folder)
+            for b, w, folder in zip(bare, whole, folders, strict=True)]

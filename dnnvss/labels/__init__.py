@@ -1,0 +1,1 @@
+"""Where the feature tables were printed; ``dnnvss features`` does it now."""

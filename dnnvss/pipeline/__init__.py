@@ -1,0 +1,1 @@
+"""Where the commands were; ``dnnvss --help`` lists them now."""
