@@ -47,6 +47,7 @@ class MembersSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "model")
+        NetworkPlan.read(self.network)
 
 
 @dataclass(frozen=True)

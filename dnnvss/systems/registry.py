@@ -15,8 +15,6 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
 from dnnvss.settings import read_settings, unknown_setting
 from dnnvss.systems.base import VisualModel
-from dnnvss.systems.frame_network import NetworkPlan
-from dnnvss.systems.network import MembersSettings
 from dnnvss.timing import FrameClock
 from dnnvss.training.settings import FitSettings
 
@@ -63,10 +61,7 @@ def read_system(name: str, mapping: Mapping[str, Any], where: str = "model",
     cls, own = known[kind], {k: v for k, v in mapping.items() if k not in ("name", "system")}
     if isinstance(own.get("fit"), Mapping) and "fit" in {f.name for f in fields(cls.Settings)}:
         own["fit"] = read_settings(FitSettings, own["fit"], fit)
-    settings = read_settings(cls.Settings, own, where)
-    if isinstance(settings, MembersSettings):
-        NetworkPlan.read(settings.network, f"{where}.network")
-    return cls, settings
+    return cls, read_settings(cls.Settings, own, where)
 
 
 def check_inputs(name: str, cls: type[VisualModel], table: FeatureTable) -> None:
