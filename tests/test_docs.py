@@ -85,7 +85,7 @@ def test_every_room_has_a_page_of_the_site():
     shown = set()
     for page in (ROOT / "docs" / "api").glob("*.md"):
         shown |= set(re.findall(r"^::: dnnvss\.(\w+)$", page.read_text(encoding="utf-8"), re.MULTILINE))
-    assert shown == rooms
+    assert shown == rooms - {"pipeline", "labels", "moved"}  # old names of commands, which say what replaced them
     site = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
     named = set(re.findall(r"[\w/]+\.md", str(site["nav"])))
     assert named == {str(page.relative_to(ROOT / "docs")) for page in (ROOT / "docs").rglob("*.md")}

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from omegaconf import OmegaConf
+from conftest import run_command
 
 from data_prep.grid import DIGITS, WORDS, prepare_grid, words_of
 from dnnvss import files
-from dnnvss.commands.prepare import job
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import write_grid_align
@@ -168,19 +167,14 @@ def test_plain_mpg_without_word_times_and_given_splits(raw, tmp_path):
 
 
 def test_the_command_reads_its_configuration(recorded, tmp_path, capsys):
-    root = Path(__file__).parents[2] / "conf"
-    corpus = OmegaConf.load(root / "corpus" / "grid.yaml")
-    config = OmegaConf.merge(OmegaConf.load(root / "prepare.yaml"), {"corpus": corpus})
-    config.corpus.raw, config.corpus.out, config.jobs = str(recorded), str(tmp_path / "grid"), 1
-    job(config)
+    assert run_command("prepare", "corpus=grid", f"corpus.raw={recorded}", f"corpus.out={tmp_path}/grid", "jobs=1") == 0
     assert capsys.readouterr().out.splitlines()[-1] == f"Corpus grid: {tmp_path / 'grid'}"
     assert Corpus.open(tmp_path / "grid").info.name == "grid"
 
 
-def test_a_missing_setting_is_named():
-    corpus = OmegaConf.load(Path(__file__).parents[2] / "conf" / "corpus" / "grid.yaml")
-    with pytest.raises(DnnvssError, match=r"corpus\.raw is not set\. Add corpus\.raw=\.\.\. to the command"):
-        job(OmegaConf.create({"corpus": corpus, "jobs": 1, "backend": "loky", "strict": False}))
+def test_a_missing_setting_is_named(capsys):
+    assert run_command("prepare", "corpus=grid") == 2
+    assert "corpus.raw is not set. Add corpus.raw=... to the command" in capsys.readouterr().err
 
 
 def test_nothing_to_prepare_is_an_error(raw, tmp_path):

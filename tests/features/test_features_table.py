@@ -114,7 +114,7 @@ def test_the_first_block_that_differs_is_named(other: FeatureTable, message: str
 @pytest.mark.parametrize(("config", "message"), [
     ({"blocks": ["centre_phone", "phone_winow"]}, "no feature block 'phone_winow'.*phone_window"),
     ({"blocks": ["centre_phone", "centre_phone"]}, "hold one twice"),
-    ({"blocks": []}, "has no list of blocks"),
+    ({"blocks": []}, "are none or hold one twice"),
     ({"blocks": ["centre_phone"], "window": 3}, "labels.window is no setting"),
     ({"blocks": ["centre_phone"], "window_before": -1}, "labels.window_before=-1 is too little"),
     ({"blocks": ["centre_phone"], "units": 0}, "labels.units=0 is too little"),
