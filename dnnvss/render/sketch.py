@@ -108,9 +108,14 @@ class Sketch:
         for points in self._whole(np.asarray(parameters)):
             yield self._drawn(points, dots=name == "mesh")
 
+    @cached_property
+    def _ground(self) -> np.ndarray:
+        """The empty picture, fine."""
+        return np.full((self.size[1] * _FINE, self.size[0] * _FINE, 3), _GROUND, dtype=np.uint8)
+
     def _drawn(self, points: np.ndarray, dots: bool) -> np.ndarray:
         width, height = self.size
-        canvas = np.full((height * _FINE, width * _FINE, 3), _GROUND, dtype=np.uint8)
+        canvas = self._ground.copy()
         fine = points * _FINE
         unit = max(1, round(_FINE * height / HEIGHT))
         hull = cv2.convexHull(fine.astype(np.float32))[:, 0]

@@ -49,7 +49,9 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
     if exports:
         export_run(run, folder / network)  # whole or not at all; what it refuses leaves the older bundle as it is
     files.remove(theirs.index)
-    copied = [*_kept(run.files), *([run.files.units] if "visemes" in run.task.table.sources else [])]
+    drawn = run.files.picture.is_file()  # a face without texture is drawn into nothing
+    kept = [path for path in _kept(run.files) if drawn or path != run.files.picture]
+    copied = [*kept, *([run.files.units] if "visemes" in run.task.table.sources else [])]
     for path in copied if exports else [run.files.model, *copied]:
         with files.replacing(folder / path.name) as temporary:
             shutil.copyfile(path, temporary)

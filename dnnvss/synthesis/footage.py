@@ -9,6 +9,7 @@ from dnnvss.formats import read_marks, read_npz
 from dnnvss.media import read_video, video_info
 from dnnvss.render import Footage
 from dnnvss.render.filmed import Filmed, encode_footage
+from dnnvss.render.footage import talker_model
 from dnnvss.runs.run import Run
 
 
@@ -24,9 +25,10 @@ def read_footage(run: Run, into: str) -> Footage:
     Where ``landmarks.json`` lies beside the video, the landmarks are divided by its ``scale``.
 
     Raises:
-        DnnvssError: there is no such utterance or video, or its landmarks are missing, of another kind or of another
-            picture, or no frame of them is usable.
+        DnnvssError: a face without texture; there is no such utterance or video, or its landmarks are missing, of
+            another kind or of another picture, or no frame of them is usable.
     """
+    talker_model(run.face)  # what cannot be drawn is said before anything is read
     path = Path(into)
     if path.is_file():
         marks: Path | None = path.with_suffix(".npz")
