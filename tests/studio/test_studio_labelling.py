@@ -222,7 +222,7 @@ def test_another_page_in_the_browser_can_neither_read_nor_write(served: Served, 
     body = json.dumps({"points": (POINTS + 5).tolist(), "done": True})
     with open_browser(tmp_path / "profile") as browser:
         browser.call("Page.navigate", url="data:text/html,elsewhere")
-        browser.wait("document.body.textContent == 'elsewhere'")
+        browser.wait("document.body?.textContent == 'elsewhere'")
         for kind, mode in (("text/plain", "no-cors"), ("application/json", "cors")):
             sent = f"""fetch('{served.url}points/a_0.png', {{method: 'POST', mode: '{mode}',
                 body: JSON.stringify({body}), headers: {{'Content-Type': '{kind}'}}}})
