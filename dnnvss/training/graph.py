@@ -18,18 +18,18 @@ class GraphedStep:
     run them, unless the batch is large. A replay asks once.
 
     Args:
-        step: takes a batch, waits for no result, and keeps nothing of its own on the host.
+        step: takes a batch, waits for no result, and keeps nothing of its own on the host; no batch says nothing.
         optimizer: the one that ``step`` uses; its learning rates may change between calls.
     """
 
-    def __init__(self, step: Callable[[Batch], None], optimizer: torch.optim.Optimizer) -> None:
+    def __init__(self, step: Callable[[Batch], bool], optimizer: torch.optim.Optimizer) -> None:
         self.step, self.optimizer = step, optimizer
         self.calls, self.graph = 0, torch.cuda.CUDAGraph()
         self.inputs: Batch | None = None
         self.rates: list[Tensor] = []
 
-    def __call__(self, batch: Batch) -> None:
-        """Take a step; all batches have the shapes of the first."""
+    def __call__(self, batch: Batch) -> bool:
+        """Take a step, and tell that it was taken; all batches have the shapes of the first."""
         if self.inputs is None:
             active, numeric, target = batch
             self.inputs = active.clone(), numeric.clone(), target.clone()
@@ -44,6 +44,7 @@ class GraphedStep:
                 rate.fill_(group["lr"])
             self.graph.replay()
         self.calls += 1
+        return True
 
     def _warm(self, inputs: Batch) -> None:
         side = torch.cuda.Stream()  # a recording must not meet work of the default stream

@@ -61,7 +61,7 @@ class FitModule(L.LightningModule):
         keep_freed_memory()
         self.taken, self.lost, self.mean = (torch.zeros((), device=self.device) for _ in range(3))
         self.parts = list(self.network.parameters())
-        self.take: Callable[[Any], None] = self.step
+        self.take: Callable[[Any], bool] = self.step
         if self.device.type == "cuda" and self.trainer.world_size == 1 and self.settings.graph:
             self.take = GraphedStep(self.step, self.optimizer)
 
@@ -76,21 +76,24 @@ class FitModule(L.LightningModule):
         counted = self.trainer.fit_loop.epoch_loop.manual_optimization.optim_step_progress  # which is ``global_step``
         for place, batch in enumerate(block):
             self._seed(Moment(self.current_epoch, index + place == 0, self.global_step))
-            self.take(batch)
-            if self.average is not None:
-                self._follow(self.average)
-            schedule.step()  # type: ignore[union-attr]
+            if self.take(batch):
+                if self.average is not None:
+                    self._follow(self.average)
+                schedule.step()  # type: ignore[union-attr]
             counted.increment_ready()
             counted.increment_completed()
         if lost := int(self.trainer.strategy.reduce(self.lost.clone(), reduce_op="max")):
             raise self.objective.diverged(f"the loss of batch {lost - 1} in epoch {self.current_epoch}", float("nan"))
 
-    def step(self, batch: Any) -> None:
-        """Change the weights by one batch. Nothing here waits for the device, so that a step can be recorded."""
+    def step(self, batch: Any) -> bool:
+        """Change the weights by one batch, unless it says nothing, and tell whether they were.
+
+        Nothing here waits for the device, so that a step can be recorded.
+        """
         torch.clear_autocast_cache()  # which holds the weights of the step before, rounded
         loss = self.objective.loss(self, batch)
         if loss is None:
-            return
+            return False
         with torch.autocast(self.device.type, enabled=False):
             self.manual_backward(loss * self.members)  # of which each member has its own part
             self.recipe.clip(self.parts)
@@ -99,6 +102,7 @@ class FitModule(L.LightningModule):
         self.taken += 1
         self.mean += (loss.detach() - self.mean) / self.taken
         self.lost += (~torch.isfinite(loss) & (self.lost == 0)) * self.taken
+        return True
 
     def _seed(self, moment: Moment) -> None:
         """Seed dropout as the recipe says; processes that share the fit draw masks of their own."""

@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,22 +18,43 @@ import lightning  # noqa: F401  (once, before the forks)
 from conftest import CLOCK, TABLE, make_example, of_layers
 
 import dnnvss.training.callbacks
-from dnnvss.systems import NetworkModel
+from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
+from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems.frame_network import FrameNetwork
+from dnnvss.systems.unit_network import UnitNetwork, unit_targets
+from dnnvss.timing import Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.module import FitModule
 
-SETTINGS = FitSettings(epochs=3, batch_size=32, progress=False, figure_every=0, accelerator="cpu")
+SETTINGS = FitSettings(epochs=3, batch_size=32, progress=False, figure_every=0, accelerator="cpu", refine=2,
+                       refine_rate=1e-3)
 
 
 def fit(folder: Path) -> None:
-    """Fit and write the weights of the result and the error variances, which tell the validation errors."""
+    """Fit a network, refine it and fit one that predicts visemes; write their weights.
+
+    The error variances, which tell the validation errors, are written too.
+    """
     rng = np.random.default_rng(1)
     train, val = ([make_example(f"{name}{i}", rng) for i in range(count)] for name, count in (("train", 4), ("val", 2)))
     network = of_layers(16, 16, dropout=0.2, input_dropout=0.2)
     model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(network, SETTINGS))
     model.fit(train, val, folder)
-    weights = np.concatenate([p.detach().numpy().ravel() for p in model.networks_[0].parameters()])
-    np.savez(folder / "result.npz", weights=weights, variance=model.variance_)
+    model.refine(train, val, partial(mlpg, windows=STATIC_DELTA_DELTA2), folder / "refined")
+    seen, held = ([(e.codes, unit_targets(gestures(e), CLOCK)) for e in part] for part in (train, val))
+    units = UnitNetwork.fit(seen, held, 4, [16], 0.2, SETTINGS, folder / "units")
+    np.savez(folder / "result.npz", weights=flat(model.networks_[0]), variance=model.variance_,
+             units=flat(units.network))
+
+
+def flat(network: FrameNetwork) -> np.ndarray:
+    """All weights in one row."""
+    return np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
+
+
+def gestures(example: Example) -> Tier:
+    """A tier of four visemes that follow from the phones."""
+    return Tier("visemes", [(a, b, str(ord(p[0]) % 4)) for a, b, p in example.alignment["phones"]])
 
 
 def die() -> None:
@@ -82,6 +104,16 @@ def in_an_epoch() -> None:
     FitModule.on_train_epoch_start = counted(FitModule.on_train_epoch_start, 2)  # type: ignore[method-assign]
 
 
+def in_a_refinement() -> None:
+    """Die in its second pass, after the three epochs of the fit."""
+    FitModule.on_train_epoch_start = counted(FitModule.on_train_epoch_start, 5)  # type: ignore[method-assign]
+
+
+def in_a_fit_of_visemes() -> None:
+    """Die in its second epoch, after the fit and the refinement."""
+    FitModule.on_train_epoch_start = counted(FitModule.on_train_epoch_start, 7)  # type: ignore[method-assign]
+
+
 def writing_a_checkpoint() -> None:
     """Die with half of the third checkpoint (the best or the last of the second epoch) on the disk."""
     Path.write_bytes = half_written(3)  # type: ignore[method-assign,assignment]
@@ -93,7 +125,8 @@ def between_best_and_last() -> None:
     dnnvss.training.callbacks.save_checkpoint = save  # type: ignore[assignment]
 
 
-POINTS = (in_first_epoch, in_an_epoch, writing_a_checkpoint, between_best_and_last)
+POINTS = (in_first_epoch, in_an_epoch, in_a_refinement, in_a_fit_of_visemes, writing_a_checkpoint,
+          between_best_and_last)
 
 
 def forked(work: Callable[[], None]) -> int:
