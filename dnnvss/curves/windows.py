@@ -42,6 +42,16 @@ class Windows:
     def __len__(self) -> int:
         return len(self.taps)
 
+    def first(self, count: int) -> "Windows":
+        """The first streams alone.
+
+        Raises:
+            DnnvssError: there are not so many.
+        """
+        if not 1 <= count <= len(self):
+            raise DnnvssError(f"{count} of {len(self)} streams are asked for", remedy=f"Use {', '.join(self.names)}")
+        return Windows(self.names[:count], self.taps[:count])
+
     @classmethod
     def named(cls, name: str) -> "Windows":
         """Return ``static``, ``static_delta`` or ``static_delta_delta2``.

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from scipy.interpolate import make_smoothing_spline
 
-from dnnvss.errors import DnnvssError
+from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives, smoothing_spline
 from dnnvss.features import phones_of
 from dnnvss.phones import PHONES
 from dnnvss.settings import check_settings, setting
@@ -94,7 +93,7 @@ class Codebook(VisualModel):
         Mean streams are derivatives of one another, so parameter generation returns the trajectory as it stands.
         """
         static = self.smoothed(self.joined(example, self.choices(example)))
-        mean = streams(static, len(self.variance_))
+        mean = self.streams(static)
         return Prediction(mean, np.broadcast_to(0.01 * self.variance_, mean.shape))
 
     def choices(self, example: Example) -> list[Choice]:
@@ -135,17 +134,13 @@ class Codebook(VisualModel):
         return out
 
     def smoothed(self, static: np.ndarray) -> np.ndarray:
-        """Return the smoothing spline through a trajectory (T, D); under five frames, or without a cutoff, itself.
-
-        The spline damps an oscillation of angular frequency ``w`` by ``1 / (1 + lam w^4)``, so ``lam`` is the cutoff's
-        ``w^-4``.
-        """
+        """The smoothing spline near a trajectory (T, D); without a cutoff, the trajectory itself."""
         cutoff = self.settings.cutoff
-        if cutoff is None or len(static) < 5:
-            return static
-        lam = (2 * np.pi * cutoff / float(self.clock.rate)) ** -4
-        times = np.arange(len(static), dtype=float)
-        return make_smoothing_spline(times, static, lam=lam)(times)
+        return static if cutoff is None else smoothing_spline(static, self.clock, cutoff)
+
+    def streams(self, static: np.ndarray) -> np.ndarray:
+        """A trajectory (T, D) with the derivatives that the targets have, (T, W, D)."""
+        return derivatives(static, STATIC_DELTA_DELTA2.first(len(self.variance_)))
 
     def state(self) -> dict[str, Any]:
         """Return the corpus, the distances between phones and the variance of the streams."""
@@ -192,18 +187,3 @@ class Codebook(VisualModel):
         origin = tuple(self.corpus_.ids[u] for u in self.corpus_.owner[entries])
         return Choice(PHONES[code], PHONES[self._stands[code]], tuple(entries.tolist()), tuple(weights.tolist()),
                       origin)
-
-
-def streams(static: np.ndarray, count: int) -> np.ndarray:
-    """Return static, first and second central differences (T, count, D), the edges held, up to ``count`` of 3.
-
-    The windows and the edge rule of the targets (:mod:`dnnvss.curves.windows`, a later room).
-
-    Raises:
-        DnnvssError: other than one to three streams.
-    """
-    if not 1 <= count <= 3:
-        raise DnnvssError(f"targets of {count} streams", remedy="Train on static, static_delta or static_delta_delta2")
-    held = np.pad(static, ((1, 1), (0, 0)), mode="edge")
-    before, after = held[:-2], held[2:]
-    return np.stack([static, (after - before) / 2, before - 2 * static + after][:count], 1)

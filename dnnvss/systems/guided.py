@@ -14,7 +14,7 @@ from dnnvss.features import FeatureTable, phones_of
 from dnnvss.phones import PHONES
 from dnnvss.settings import setting
 from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel, pooled
-from dnnvss.systems.codebook import Choice, Codebook, CodebookSettings, streams
+from dnnvss.systems.codebook import Choice, Codebook, CodebookSettings
 from dnnvss.systems.codebook_units import SAMPLES
 from dnnvss.systems.network import MembersSettings, NetworkModel, NetworkSettings
 from dnnvss.timing import FrameClock
@@ -90,7 +90,7 @@ class GuidedCodebook(VisualModel):
         frames = phones_of(example.codes).frames
         ends = np.stack([self._samples[list(c.entries)].mean(axis=0, dtype=np.float64) for c in choices])
         joined = _ramped(self.book.joined(example, choices), ends[1:, 0] - ends[:-1, -1], frames[frames > 0])
-        mean = streams(self.book.smoothed(joined), len(self.book.variance_))
+        mean = self.book.streams(self.book.smoothed(joined))
         return Prediction(mean, np.broadcast_to(0.01 * self.book.variance_, mean.shape))
 
     def choices(self, example: Example) -> list[Choice]:
@@ -99,7 +99,7 @@ class GuidedCodebook(VisualModel):
         wanted = _sampled(guide, example)
         rows = [self._nearest(code, points) for code, points in wanted]
         path = self._path(rows)
-        return [self._choice(code, self._beside(rows[k], path, k)) for k, (code, _) in enumerate(wanted)]
+        return [self._choice(code, self._cheapest(rows[k], path, k)) for k, (code, _) in enumerate(wanted)]
 
     def report(self, example: Example) -> dict[str, Any]:
         """Return which sentence each phone came from."""
@@ -146,7 +146,7 @@ class GuidedCodebook(VisualModel):
             path.append(int(pointers[path[-1]]))
         return [int(entries[k]) for (entries, _), k in zip(rows, reversed(path), strict=True)]
 
-    def _beside(self, row: tuple[np.ndarray, np.ndarray], path: Sequence[int], k: int) -> np.ndarray:
+    def _cheapest(self, row: tuple[np.ndarray, np.ndarray], path: Sequence[int], k: int) -> np.ndarray:
         """Return the examples (n,) that cost least in place ``k`` of a path, its own first."""
         entries, costs = row
         costs = costs.astype(np.float64)

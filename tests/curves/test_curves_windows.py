@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from dnnvss import DnnvssError
-from dnnvss.curves import STATIC_DELTA_DELTA2, Windows, derivatives
+from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2, Windows, derivatives
 
 
 def test_by_hand_with_held_edges():
@@ -67,3 +67,10 @@ def test_windows_by_name():
 def test_no_frames_is_an_error():
     with pytest.raises(DnnvssError, match="no frame"):
         derivatives(np.zeros((0, 3)))
+
+
+def test_the_first_streams_are_those_of_fewer_windows() -> None:
+    assert STATIC_DELTA_DELTA2.first(2) == STATIC_DELTA
+    assert STATIC_DELTA_DELTA2.first(1) == STATIC
+    with pytest.raises(DnnvssError, match="4 of 3 streams"):
+        STATIC_DELTA_DELTA2.first(4)

@@ -13,7 +13,6 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import encode
 from dnnvss.phones import ANSWERS, PHONES, phone_id
 from dnnvss.systems import Codebook, Example
-from dnnvss.systems.codebook import streams
 from dnnvss.systems.codebook_units import OUTSIDE, Corpus, neighbours, phone_distances, similarities
 from dnnvss.timing import Alignment, Tier
 
@@ -149,12 +148,6 @@ def test_spline_halves_an_oscillation_at_its_cutoff() -> None:
         middle = slice(100, 300)
         gain = np.linalg.lstsq(wave[middle], model.smoothed(wave)[middle, 0], rcond=None)[0][0]
         assert gain == pytest.approx(kept, abs=0.05)
-
-
-def test_streams_are_the_derivatives_of_the_targets() -> None:
-    static = np.random.default_rng(0).normal(size=(9, 2))
-    np.testing.assert_allclose(streams(static, 3), derivatives(static, STATIC_DELTA_DELTA2), atol=1e-12)
-    np.testing.assert_array_equal(streams(static[:1], 3)[0, 1:], 0)
 
 
 def test_neighbours_and_similarities_end_at_the_utterance() -> None:

@@ -79,9 +79,9 @@ def test_examples_beside_the_path_are_those_that_cost_least_in_its_place(model: 
         model._samples[:5] = 0
         model._samples[1] = 9.0  # cheap, and far from both neighbours
         model.examples = 3
-        assert model._beside(row, [4, 0, 4], 1).tolist() == [0, 3, 2]
+        assert model._cheapest(row, [4, 0, 4], 1).tolist() == [0, 3, 2]
         model.examples = 1
-        assert model._beside(row, [4, 0, 4], 1).tolist() == [0]
+        assert model._cheapest(row, [4, 0, 4], 1).tolist() == [0]
     finally:
         model._samples, model.examples = samples, 3
     choice = model._choice(0, np.array([0, 1]))
