@@ -16,6 +16,7 @@ from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
 from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, SHEET, Take, film, perform_take, script, unseen_splits
 from dnnvss.errors import DnnvssError
+from dnnvss.formats import Landmarks, write_npz
 from dnnvss.media import SPEECH_RATE, write_wav
 
 VERSION = 2
@@ -69,7 +70,7 @@ def record(name: str, out: Path, text: str, seed: int, size: int) -> dict[str, A
     points = take.landmarks(size)
     _write_video(out / paths["video"], take, size)
     write_wav(out / paths["audio"], synthesise(take.alignment, SPEECH_RATE, seed, _PITCH), SPEECH_RATE)
-    files.write_arrays(out / paths["landmarks"], points=points, valid=np.ones(len(points), bool))
+    write_npz(out / paths["landmarks"], Landmarks(points, np.ones(len(points), bool)))
     return Utterance(name, text, take.alignment, **paths, rate=Fraction(RATE), frames=take.frames).to_json()
 
 

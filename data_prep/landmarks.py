@@ -9,7 +9,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import Landmarks, read_landmarks, read_npz, read_pts_sequence
+from dnnvss.formats import Landmarks, read_landmarks, read_npz, read_pts_sequence, write_npz
 from dnnvss.timing import fill_invalid
 
 
@@ -50,7 +50,7 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
         raise DnnvssError(f"landmarks reach over x {left:.0f} to {right:.0f} and y {top:.0f} to {bottom:.0f}, the "
                           f"video is {size[0]} x {size[1]} pixels", file=file, utterance=name,
                           remedy="Track this very video, or set scale in landmarks.json (pixels = stored / scale)")
-    files.write_arrays(out / ".stages" / "landmarks" / f"{name}.npz", points=found.points, valid=found.valid)
+    write_npz(out / ".stages" / "landmarks" / f"{name}.npz", Landmarks(found.points, found.valid))
     return {"points": found.points.shape[1], "lost": int((~found.valid).sum())}
 
 
@@ -98,6 +98,6 @@ def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:
     """
     arrays = files.read_arrays(marks, "Prepare the corpus again")
     valid = arrays["valid"] & (np.frombuffer(bad.encode(), np.uint8) == ord("0"))
-    path = files.write_arrays(out / "landmarks" / f"{name}.npz", points=fill_invalid(arrays["points"], valid),
-                              valid=valid)
+    clean = Landmarks(fill_invalid(arrays["points"], valid), valid)
+    path = write_npz(out / "landmarks" / f"{name}.npz", clean)
     return {"landmarks": str(path.relative_to(out)), "valid": "".join("01"[int(v)] for v in valid)}

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -57,26 +56,6 @@ class CodeStore(FrameCodes):
         arrays = {name: _joined([p.arrays[name] for p in parts], first.get(field.points_to))
                   for name, field in declared.items()}
         return cls(table, arrays, rate, keys, ids=ids)
-
-    @cached_property
-    def offsets(self) -> np.ndarray:
-        """The first frame of each utterance and, last, the number of frames: int64 (U + 1,)."""
-        return np.append(np.asarray(self.arrays["utterance_start"], dtype=np.int64), len(self))
-
-    def frames_of(self, utterance: str | int) -> np.ndarray:
-        """Return the indices (T,) of an utterance's frames, by id or by place.
-
-        Raises:
-            DnnvssError: there is no such utterance.
-        """
-        if isinstance(utterance, str) and utterance not in self._places:
-            raise DnnvssError("is not in the code store", utterance=utterance, remedy="Encode the corpus again")
-        place = self._places[utterance] if isinstance(utterance, str) else utterance
-        return np.arange(self.offsets[place], self.offsets[place + 1])
-
-    @cached_property
-    def _places(self) -> dict[str, int]:
-        return {name: place for place, name in enumerate(self.ids)}
 
     def save(self, folder: str | Path) -> Path:
         """Write one ``.npy`` an array and, last, the index without which it is no store; return the folder."""

@@ -156,9 +156,5 @@ class VisemePredictor:
         drawn = sample(self.network.evidence(codes), self.grammar, self.decoding, count, seed)
         return [self._tier(edges, units, alignment) for edges, units in drawn]
 
-    def with_decoding(self, decoding: DecodingSettings) -> "VisemePredictor":
-        """Return the predictor with other weights of the decoder."""
-        return replace(self, decoding=decoding)
-
     def _tier(self, edges: np.ndarray, units: np.ndarray, alignment: Alignment) -> Tier:
         return viseme_tier(edges, units, self.clock, (alignment.start, alignment.end))

@@ -1,7 +1,9 @@
-"""Random alignments."""
+"""Random alignments, and the frames of an utterance in a store."""
 
+import numpy as np
 from hypothesis import strategies as st
 
+from dnnvss.features import CodeStore
 from dnnvss.phones import PHONES, SPOKEN
 from dnnvss.timing import Alignment, Tier
 
@@ -29,3 +31,10 @@ def alignments(draw: st.DrawFn, units: int = 12) -> Alignment:
     labels = [str(draw(st.integers(0, units - 1))) for _ in edges[1:]]
     visemes = Tier("visemes", zip(edges[:-1], edges[1:], labels, strict=True))
     return Alignment([Tier("phones", phones), Tier("words", words), visemes])
+
+
+def frames_of(store: CodeStore, name: str) -> np.ndarray:
+    """The indices (T,) of an utterance's frames."""
+    edges = [*store.arrays["utterance_start"], len(store)]
+    place = store.ids.index(name)
+    return np.arange(edges[place], edges[place + 1])

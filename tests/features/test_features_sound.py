@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from features.features_cases import frames_of
 
 from dnnvss.acoustics import LogMel, log_mel
 from dnnvss.errors import DnnvssError
@@ -65,7 +66,7 @@ def test_columns_of_each_utterance_and_of_all_joined() -> None:
     store = CodeStore.join([(name, codes) for name, codes, _ in parts])
     assert store.sources == ("phones", "visemes", "logmel")
     for name, codes, energies in parts:
-        for dense in (expand(codes), expand(store, store.frames_of(name))):
+        for dense in (expand(codes), expand(store, frames_of(store, name))):
             np.testing.assert_array_equal(dense[:, MIXED.slices["logmel"]], energies)
             np.testing.assert_array_equal(dense[:, MIXED.slices["logmel_window"]], windowed(energies))
             np.testing.assert_array_equal(dense, expand(codes))
@@ -131,7 +132,7 @@ def test_the_sound_alone_needs_no_times() -> None:
                                   log_mel(sound, SMALL.logmel, CLOCK, 0, 40))
     joined = CodeStore.join([("a", codes), ("b", encode(alignment_of(0.1, 0.2), "", MEL, CLOCK, sound_of(0.2)))])
     assert joined.sources == ("logmel",)
-    assert joined.offsets.tolist() == [0, 40, 60]
+    assert joined.arrays["utterance_start"].tolist() == [0, 40] and len(joined) == 60
     with pytest.raises(DnnvssError, match="feature block 'centre_phone' needs phones, and there are none"):
         codes.with_table(FeatureTable(("centre_phone",), SMALL))
     with pytest.raises(DnnvssError, match="there are no times of 'phones'"):
