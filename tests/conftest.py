@@ -35,6 +35,16 @@ def of_layers(*hidden: int, **more: object) -> dict[str, object]:
 
 
 @pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small prepared corpus of the built-in talker, to be copied by whoever trains on it or changes it."""
+    from data_prep.demo import prepare_demo
+
+    folder = tmp_path_factory.mktemp("demo") / "corpus"
+    prepare_demo(folder, sentences=8, size=96, jobs=1)
+    return folder
+
+
+@pytest.fixture(scope="session")
 def grid_raw() -> Path:
     """The GRID s1 data, where DNNVSS_GRID says that it is."""
     folder = os.environ.get("DNNVSS_GRID", "")

@@ -1,5 +1,6 @@
 """Dynamic visemes through the whole row: learnt, predicted, tested from either source, spoken, and overridden."""
 
+import shutil
 from pathlib import Path
 
 import cv2
@@ -9,7 +10,6 @@ from conftest import ROOT
 from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig
 
-from data_prep.demo import prepare_demo
 from dnnvss import files
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.train import train
@@ -30,10 +30,10 @@ def configure(name: str, *overrides: str) -> DictConfig:
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small prepared corpus and a finished run with dynamic visemes."""
     home = tmp_path_factory.mktemp("visemes")
-    prepare_demo(home / "demo", sentences=8, size=96, jobs=1)
+    shutil.copytree(demo, home / "demo")
     train(configure("train", f"corpus.out={home}/demo", f"run={home}/run", "labels=ph_dv", *FAST))
     return home
 

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,7 +15,6 @@ from conftest import ROOT, run_command
 from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig, OmegaConf
 
-from data_prep.demo import prepare_demo
 from dnnvss import files
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.sweep import CompareRuns, _free, run_folder, what_differs
@@ -47,10 +47,10 @@ def configure(name: str, *overrides: str) -> DictConfig:
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small prepared corpus and a finished run of each of two label sets."""
     home = tmp_path_factory.mktemp("home")
-    prepare_demo(home / "demo", sentences=8, size=96, jobs=1)
+    shutil.copytree(demo, home / "demo")
     for labels in ("ph", "ph_a"):
         train(configure("train", f"corpus.out={home}/demo", f"runs={home}/runs", f"run={home}/runs/{labels}",
                         f"labels={labels}", *FAST))
