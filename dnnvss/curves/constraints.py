@@ -138,7 +138,7 @@ def hold(
 
     Args:
         frames: the frames t.
-        vector, constant: the functional, (D,) and a number, e.g. an AAM's aperture.
+        vector, constant: the functional, (D,) and a number, e.g. a gauge of a face.
         low, high: the range, in the functional's unit.
         value: instead of a range, the value to hold.
         softness: 0 holds it; a positive number in the functional's unit gives way.

@@ -40,7 +40,7 @@ class Task:
 
         Args:
             utterance: with the tiers ``phones`` and ``words``.
-            parameters: measured AAM parameters (F, D) at the source rate, or None at synthesis.
+            parameters: measured parameters (F, D) of the face at the source rate, or None at synthesis.
             valid: (F,) bool, source frames that were measured.
             visemes: tiers of dynamic visemes that may all be true; the first goes into the alignment, the others make
                 the alternatives. Where there is none, the utterance's own is used if the labels ask for it.

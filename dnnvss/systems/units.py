@@ -239,11 +239,11 @@ class CorpusUnits:
 
 def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan,
                  scratch: Path | None = None) -> CorpusUnits:
-    """Return the dynamic visemes of a corpus; they are kept beside its AAM codes for later runs.
+    """Return the dynamic visemes of a corpus; they are kept beside its encoding for later runs.
 
     Args:
         corpus: with phone times.
-        encoded: its AAM parameters.
+        encoded: its parameters of a face.
         variant: of the splits; units and predictor are learnt on the training split alone.
         clock: of the trajectories.
         plan: see :class:`UnitPlan`; ``source`` and ``training`` do not matter here.
