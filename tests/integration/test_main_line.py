@@ -268,7 +268,7 @@ def test_curves_have_a_line_for_each_picture(home: Path) -> None:
 
 @pytest.mark.parametrize("wrong, message", [
     ("speed=fast", "speed=fast is no number"), ("key_names=aperture", "key_names=aperture is no list"),
-    ("key_positions=[2]", r"key_positions\[0\]=2.0 is too much"),
+    ("key_positions=[2]", r"key_positions\[0\]=2 is too much"),
     ("key_positions=null", "key_positions=null is no list"), ("total=abc", "total=abc is no number"),
     ("wav=nothing.wav", "nothing.wav: no such file.*given as wav="),
     ("out=x.npz", r"out=x\.npz does not end in \.mp4.*export_curves"),
