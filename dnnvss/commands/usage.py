@@ -3,6 +3,7 @@
 import functools
 import sys
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
 from typing import Any
 
 from dnnvss import files
@@ -31,6 +32,10 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
             if (remedy := files.remedy_for(error)) is None:
                 raise
             print(f"error: {error.filename or 'the disk'}: {error.strerror}. {remedy}.", file=sys.stderr)
+            sys.exit(FAILED)
+        except (BrokenExecutor, MemoryError):
+            print("error: there was too little memory, or the system ended a process of the command. Run fewer side by "
+                  "side (jobs=1), then the same command again: what was finished is kept.", file=sys.stderr)
             sys.exit(FAILED)
         except KeyboardInterrupt:
             print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import pytest
@@ -142,6 +143,18 @@ def test_trouble_with_files_ends_in_a_line(number: int, said: str, capsys: pytes
     with pytest.raises(SystemExit, match="1"):
         write()
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("error", [BrokenProcessPool("a worker died"), MemoryError()])
+def test_want_of_memory_ends_in_a_line(error: Exception, capsys: pytest.CaptureFixture[str]) -> None:
+    @guarded
+    def work() -> None:
+        raise error
+
+    with pytest.raises(SystemExit, match="1"):
+        work()
+    said = capsys.readouterr().err
+    assert said.startswith("error: there was too little memory") and said.count("\n") == 1
 
 
 @pytest.mark.parametrize("words", [["prepare", "corpus=demo"], ["train"], ["speak", "text=hi"], ["compare", "x"]])
