@@ -18,10 +18,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from omegaconf import OmegaConf
 
 from dnnvss.commands.arguments import parse_arguments
 from dnnvss.commands.compose import compose
+from dnnvss.commands.composed import typed_settings
 from dnnvss.commands.speak import COMMAND
 from dnnvss.corpus import Utterance
 from dnnvss.curves import mlpg, resample
@@ -92,7 +92,7 @@ def main() -> None:
     for folder in options.runs:
         run, timed = Run.open(folder), Stopwatch()
         renderer = run.pictures()
-        style = make_style(OmegaConf.to_container(compose(parse_arguments(COMMAND, [])).style), run.face)
+        style = make_style(typed_settings(COMMAND, compose(parse_arguments(COMMAND, []))).style, run.face)
         speak(run, renderer, style, options.seconds, Stopwatch())  # what is read once is read
         for _ in range(options.repeats):
             frames = speak(run, renderer, style, options.seconds, timed)

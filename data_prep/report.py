@@ -1,6 +1,5 @@
 """What became of every utterance: kept, repaired or dropped, and why."""
 
-import json
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -54,7 +53,7 @@ def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = 
         found: what holds for the whole corpus, a sentence each.
     """
     rows = sorted(outcomes, key=lambda o: o.id)
-    files.write_text(out / "report.jsonl", "".join(json.dumps(asdict(o), ensure_ascii=False) + "\n" for o in rows))
+    files.write_text(out / "report.jsonl", "".join(files.json_text(asdict(o)) + "\n" for o in rows))
     parts = ["# Report of the preparation", markdown_table(["state", "utterances"], counts(rows).items())]
     parts += ["\n".join(f"- {line}" for line in found)] if found else []
     for state in ("dropped", "repaired"):

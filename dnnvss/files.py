@@ -82,7 +82,12 @@ def write_text(path: str | Path, text: str) -> Path:
 
 def write_json(path: str | Path, value: Any) -> Path:
     """Write ``value`` as indented JSON and return the path; numbers that are not finite become ``null``."""
-    return write_text(path, json.dumps(_finite(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_text(path, json_text(value, indent=2) + "\n")
+
+
+def json_text(value: Any, **layout: Any) -> str:
+    """A value as JSON that every reader takes, laid out as :func:`json.dumps` is told."""
+    return json.dumps(_finite(value), ensure_ascii=False, allow_nan=False, **layout)
 
 
 def _finite(value: Any) -> Any:

@@ -4,6 +4,7 @@ Reads what is given, calls :func:`dnnvss.synthesis.speak.speak`, prints and writ
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,12 @@ from omegaconf import DictConfig
 
 from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import run_command, typed_settings
-from dnnvss.commands.plain import plain
-from dnnvss.commands.speak_settings import SpeakRoot, SpeakSettings, check_files
+from dnnvss.commands.speak_settings import SpeakSettings, check_files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.media import SOUND_RATE, SPEECH_RATE, read_audio
 from dnnvss.runs.naming import newest
 from dnnvss.runs.run import Run
-from dnnvss.settings import read_settings
 from dnnvss.style import read_keys, write_keys
 from dnnvss.style.generator import make_style
 from dnnvss.synthesis.footage import read_footage
@@ -27,9 +26,9 @@ from dnnvss.synthesis.plan import check_alignment
 from dnnvss.synthesis.request import Recording, Scene, SpeakRequest, check_views
 from dnnvss.synthesis.speak import Spoken, speak
 from dnnvss.text.overrides import read_overrides
-from dnnvss.timing import Alignment, FrameClock
+from dnnvss.timing import Alignment
 
-COMMAND = SettingsCommand("speak", "synth", SpeakRoot, bare="text", literal=True)
+COMMAND = SettingsCommand("speak", "synth", SpeakSettings, bare="text", literal=True)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -39,8 +38,7 @@ def main(arguments: Sequence[str]) -> int:
 
 def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
-    typed_settings(COMMAND, config)
-    settings = read_settings(SpeakSettings, plain(config), "")
+    settings: SpeakSettings = typed_settings(COMMAND, config)
     check_files(settings)
     folder = Path(settings.run) if settings.run else newest(Path(settings.runs))
     print(f"run: {folder}")
@@ -48,7 +46,7 @@ def synthesise(config: DictConfig) -> None:
     spoken = speak(run, read_request(settings, run))
     print("\n".join([*spoken.remarks, *spoken.stage.remarks]))
     exported = write_exports(settings, spoken)
-    about = {"style": dict(settings.style), "keys": settings.import_keys}
+    about = {"style": asdict(settings.style), "keys": settings.import_keys}
     keep = Path(settings.wav) if settings.wav else None
     written = write_spoken(spoken, Path(settings.out), about, keep, with_progress)
     print("wrote " + ", ".join(map(str, written + exported)))
@@ -84,8 +82,7 @@ def read_scene(settings: SpeakSettings, run: Run) -> Scene:
     footage = read_footage(run, settings.into) if settings.into is not None else None
     if footage is not None:
         footage.usable()
-    rate = None if settings.rate is None else FrameClock(settings.rate)
-    return Scene(views, footage, settings.into_fill, rate, settings.scale)
+    return Scene(views, footage, settings.into_fill, settings.rate, settings.scale)
 
 
 def _recording(path: Path) -> Recording:

@@ -1,9 +1,7 @@
 """The settings of ``conf/synth.yaml``, and which of them do not go together."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import setting
@@ -35,14 +33,14 @@ class SpeakSettings:
     """What ``synth.py`` is told; ``conf/synth.yaml`` says what each setting means."""
 
     speech: SpeechSettings
-    style: Mapping[str, Any]
+    style: StyleSettings
     run: str | None = setting(None)
     runs: str = setting("runs")
     text: str | None = setting(None)
     wav: str | None = setting(None)
     alignment: str | None = setting(None)
     out: str = setting("speech.mp4")
-    rate: int | float | str | None = setting(None)
+    rate: FrameClock | None = setting(None)
     into: str | None = setting(None)
     into_fill: str = setting("pingpong", choices=FILLS)
     render: str = setting("face")
@@ -60,14 +58,6 @@ class SpeakSettings:
     export_keys: str | None = setting(None)
     key_names: tuple[str, ...] = setting(("aperture", "lower_lip", "width"))
     key_positions: tuple[float, ...] = setting((0.5,), least=0, most=1)
-
-
-@dataclass(frozen=True)
-class SpeakRoot(SpeakSettings):
-    """The same with the types of what other rooms read: what the command line is held to."""
-
-    style: StyleSettings  # type: ignore[assignment]
-    rate: FrameClock | None = None  # type: ignore[assignment]
 
 
 def check_files(settings: SpeakSettings) -> None:

@@ -124,7 +124,7 @@ class Corpus:
             DnnvssError: train, val and test of one variant share utterances, or a file cannot be written.
         """
         check_apart(splits, root / "splits")
-        lines = [json.dumps(u.to_json(), ensure_ascii=False) for u in utterances]
+        lines = [files.json_text(u.to_json()) for u in utterances]
         files.write_text(root / "utterances.jsonl", "\n".join(lines) + "\n")
         for name, ids in splits.items():
             files.write_text(root / "splits" / f"{name}.txt", "\n".join(ids) + "\n")

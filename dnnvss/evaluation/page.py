@@ -1,7 +1,6 @@
 """The report as one HTML file that opens from disk: tables, plots, and faces that move side by side."""
 
 import html
-import json
 import os
 from collections.abc import Mapping
 from importlib import resources
@@ -52,7 +51,7 @@ def write_page(
         classes=_classes(result),
         definitions="".join(f"<dt>{html.escape(m.title)}</dt><dd>{html.escape(m.definition)} ({BETTER[m.better]})</dd>"
                             for m in result.measures),
-        data=json.dumps([_moving(s, bench, systems) for s in chosen], separators=(",", ":")).replace("</", "<\\/"),
+        data=files.json_text([_moving(s, bench, systems) for s in chosen], separators=(",", ":")).replace("</", "<\\/"),
     )
     return files.write_text(path, text)
 

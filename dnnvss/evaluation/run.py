@@ -68,7 +68,7 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> E
         notes, scores = unit_notes(material.units, material.plan, material.examples["test"])
         files.write_json(RunFiles(folder).unit_scores, scores)
     style = make_style(settings.style, face)
-    styles = {} if style.plain else {settings.style_name: style}
+    styles = {} if style.plain else {settings.style.name: style}
     return evaluate_run(folder, material.corpus, generator, material.examples, face, styles, notes,
                         material.other_tests())
 

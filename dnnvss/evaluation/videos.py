@@ -58,7 +58,7 @@ def write_samples(run: Run, corpus: Corpus, first: str, report: Report) -> list[
 def write_side_by_side(run: Run, corpus: Corpus, ids: Sequence[str]) -> list[Path]:
     """Write ``videos/<sentence>.mp4`` in the run folder, with the recorded sound, and return the paths."""
     style = make_style(run.settings.style, run.face)
-    styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, run.settings.style_name: style}
+    styles = {"plain MLPG": PLAIN} if style.plain else {"plain MLPG": PLAIN, run.settings.style.name: style}
     written = []
     for utterance in (corpus.utterances[i] for i in ids):
         faces = [say(run, corpus, utterance, s) for s in styles.values()]

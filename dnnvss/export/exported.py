@@ -16,7 +16,7 @@ from dnnvss.systems import READABLE, Example, Prediction, VisualModel
 
 _CHUNK = 256
 """Frames a pass: the gathered rows of the first layer take 4 x active columns x units bytes a frame."""
-_REMEDY = "Export the run again: python -m dnnvss.export RUN"
+_REMEDY = "Export the run again: dnnvss export RUN"
 
 Forward = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 

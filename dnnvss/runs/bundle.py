@@ -13,7 +13,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.runs.files import RunFiles
 from dnnvss.settings import read_settings
 
-_REMEDY = "Export the run again: python -m dnnvss.export RUN"
+_REMEDY = "Export the run again: dnnvss export RUN"
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
 from dnnvss.runs.files import RunFiles
 from dnnvss.settings import read_settings, setting
+from dnnvss.style.generator import StyleSettings
 from dnnvss.systems.examples import Task
 from dnnvss.timing import FrameClock
 
@@ -40,7 +41,7 @@ class RunSettings:
     visemes: Mapping[str, Any]
     model: Mapping[str, Any]
     trajectory: TrajectorySettings
-    style: Mapping[str, Any]
+    style: StyleSettings
     trainer: Mapping[str, Any]
     seed: int = setting(0)
     runs: str = setting("runs", doc="folder of run folders")
@@ -110,10 +111,6 @@ class RunSettings:
         """The name of the system."""
         return str(self.model["name"])
 
-    @property
-    def style_name(self) -> str:
-        """The name of the style that the run is evaluated in beside plain MLPG."""
-        return str(self.style["name"])
 
 
 def _check_version(places: RunFiles, values: Any) -> None:

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
 from dnnvss.curves import Constraints, mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face, Gauge
-from dnnvss.settings import read_settings, setting
+from dnnvss.settings import setting
 from dnnvss.style import Style, Talker, coefficients, generate
 from dnnvss.style.keys import Key, key_constraints
 from dnnvss.systems import Example, VisualModel
@@ -40,17 +39,16 @@ class StyleSettings:
     release: float = setting(0.15, least=0)
 
 
-def make_style(values: Mapping[str, Any], face: Face) -> Style:
+def make_style(settings: StyleSettings, face: Face) -> Style:
     """The style that a file of ``conf/style`` describes.
 
     Args:
-        values: the settings.
+        settings: in that file.
         face: whose parameters are grouped; its own groups (``face.groups``) are there beside those of the settings.
 
     Raises:
-        DnnvssError: a coefficient that the face does not have, or a value that is out of range.
+        DnnvssError: a coefficient or a group that the face does not have.
     """
-    settings = read_settings(StyleSettings, values, "style")
     groups: dict[str, Sequence[int]] = dict(face.groups)
     names = face.names
     for group, members in settings.groups.items():
