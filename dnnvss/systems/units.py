@@ -51,7 +51,7 @@ class PredictorFile:
     hidden: tuple[int, ...] = setting(least=1)
     dropout: float = setting(least=0, below=1)
     fit: Mapping[str, Any] = setting(doc="some of HEEDED")
-    decoding: DecodingSettings
+    decoding: DecodingSettings = setting()
     window_before: int = setting(least=0)
     window_after: int = setting(least=0)
     blocks: tuple[str, ...] = setting(doc="of phones")
@@ -72,7 +72,7 @@ class PredictorSettings:
 
     table: FeatureTable
     fit: FitSettings
-    decoding: DecodingSettings
+    decoding: DecodingSettings = setting()
     hidden: tuple[int, ...]
     dropout: float
     folds: int
