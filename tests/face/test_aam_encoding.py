@@ -163,6 +163,14 @@ def test_a_corpus_without_pictures_says_which_face_needs_none(tmp_path: Path) ->
         _encode(Corpus.open(toy.root), tmp_path / "face")
 
 
+def test_recordings_without_video_are_left_out(toy: Corpus, tmp_path: Path) -> None:
+    some = [replace(u, video=None) if u.id in ("toy1", "toy4") else u for u in toy.utterances.values()]
+    Corpus.write(toy.root, toy.info, some, {"train": [u.id for u in some]})
+    encoded = _encode(Corpus.open(toy.root), tmp_path / "face")
+    assert encoded.dropped == {"toy1": "it has no video", "toy4": "it has no video"}
+    assert encoded.clip("toy0").parameters.shape[1] == len(encoded.face.names)
+
+
 def test_an_encoding_is_found_by_its_face_and_gives_tracked_points(toy: Corpus, tmp_path: Path) -> None:
     encoded = _encode(toy, toy.root / "face")
     elsewhere = encoded.face.save(tmp_path / "run" / "aam.npz")
