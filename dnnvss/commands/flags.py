@@ -4,7 +4,7 @@ import argparse
 import difflib
 import re
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -19,12 +19,13 @@ class Flags(argparse.ArgumentParser):
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         super().__init__(*args, **kwargs)
 
-    def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:
+    def parse_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> Any:
         """The options; what is left over is a mistake."""
-        for word in args or ():
+        words = None if args is None else list(args)
+        for word in words or ():
             if "=" in word and not word.startswith("-") and not Path(word).exists():
                 self._refuse_setting(word)
-        options, left = self.parse_known_args(args, namespace)
+        options, left = self.parse_known_args(words, namespace)
         if left:
             raise self._left_over(left)
         return options

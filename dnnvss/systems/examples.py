@@ -14,7 +14,7 @@ from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FeatureTable, encode
 from dnnvss.media import Sound
 from dnnvss.phones import SILENCES
-from dnnvss.systems import Example
+from dnnvss.systems.base import Example
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 SPLITS = ("train", "val", "test")

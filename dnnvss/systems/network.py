@@ -14,8 +14,7 @@ from torch import Tensor, nn
 from dnnvss import files
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.settings import check_settings, setting
-from dnnvss.systems import Example, Prediction, VisualModel
-from dnnvss.systems.base import READABLE, moments
+from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel, moments
 from dnnvss.systems.figures import trajectory_figure
 from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan
 from dnnvss.systems.stacked import StackedNetworks

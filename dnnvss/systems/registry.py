@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any
 
-import dnnvss.systems
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
 from dnnvss.settings import read_settings, unknown_setting
@@ -85,7 +84,7 @@ def declared(base: type, name: str) -> dict[str, type[Any]]:
 
     All modules of this package are imported first.
     """
-    package = dnnvss.systems
+    package = importlib.import_module(__package__)
     for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
         importlib.import_module(module.name)
     return {vars(cls)[name]: cls for cls in _subclasses(base) if name in vars(cls)}

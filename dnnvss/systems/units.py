@@ -25,7 +25,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FeatureTable, FrameCodes, encode
 from dnnvss.settings import check_settings, read_settings, setting
-from dnnvss.systems import Example
+from dnnvss.systems.base import Example
 from dnnvss.systems.examples import SPLITS
 from dnnvss.systems.unit_network import HEEDED, UnitNetwork, VisemePredictor, unit_sequence, unit_targets
 from dnnvss.timing import Alignment, FrameClock, Tier

@@ -9,13 +9,15 @@ from conftest import run_command
 from face import aam_cases
 from face.aam_cases import CONFIG, SIZE
 
+from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import face_figures
-from dnnvss.evaluation.face_figures import residuals, see
 from dnnvss.face import clips as clips_module
 from dnnvss.face.encoding import encode_corpus
 from dnnvss.face.points.settings import PointsSettings
 from dnnvss.media import read_video
+from dnnvss.render import seen as seen_module
+from dnnvss.render.seen import points_figures, residuals, see
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +32,7 @@ def encoded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_figures_of_an_encoding(encoded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(face_figures, "read_video", np.load)
+    monkeypatch.setattr(seen_module, "read_video", np.load)
     assert run_command("face-figures", str(encoded), "--utterance", "toy3", "--modes", "2", "--out", str(tmp_path)) == 0
     rows = cv2.imread(str(tmp_path / "reconstruction.png")).astype(int)
     recorded, drawn, wrong = np.split(rows, 3)
@@ -44,9 +46,9 @@ def test_figures_of_an_encoding(encoded: Path, tmp_path: Path, monkeypatch: pyte
 def test_residuals_are_small_where_the_model_sees_and_large_where_points_are_wrong(
     encoded: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(face_figures, "read_video", np.load)
+    monkeypatch.setattr(seen_module, "read_video", np.load)
     model, root = face_figures.find_face(encoded)
-    corpus = face_figures.Corpus.open(root)
+    corpus = Corpus.open(root)
     seen = see(model, corpus, "toy3")
     found = residuals(model, seen)
     assert found["points, pixels"].max() < 0.5 and found["texture, grey levels"].max() < 4
@@ -62,5 +64,5 @@ def test_a_face_without_texture_shows_what_it_leaves_out_of_the_points(tmp_path:
     splits = {"train": ["toy0", "toy1", "toy2"], "test": ["toy3"]}
     settings = PointsSettings(points=aam_cases.POINTS, modes=1, pose_smoothing=0.0)
     face = encode_corpus(toy, splits, settings, tmp_path / "face", progress=False).face
-    written = face_figures.points_figures(tmp_path, face, toy, "toy3")
+    written = points_figures(tmp_path, face, toy, "toy3")
     assert [p.name for p in written] == ["residual.png"] and written[0].stat().st_size > 5000
