@@ -16,7 +16,7 @@ from dnnvss.features import FeatureTable
 from dnnvss.settings import read_settings, setting, shown
 from dnnvss.style.generator import StyleSettings
 from dnnvss.systems.registry import read_system, systems
-from dnnvss.systems.units import UnitPlan
+from dnnvss.systems.viseme_plan import UnitPlan
 from dnnvss.timing import FrameClock
 from dnnvss.training import FitSettings
 

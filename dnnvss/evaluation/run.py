@@ -27,7 +27,8 @@ from dnnvss.style.generator import PLAIN, Generator, make_style
 from dnnvss.systems import Example
 from dnnvss.systems.examples import Task, speech_frames, word_frames
 from dnnvss.systems.registry import null_systems
-from dnnvss.systems.units import SOURCES, unit_notes
+from dnnvss.systems.viseme_notes import unit_notes
+from dnnvss.systems.viseme_plan import SOURCES
 
 LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_aperture", "gv_ratio", "silence",
               "landmarks", "lag")

@@ -21,8 +21,9 @@ from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
 from dnnvss.style.generator import Generator, learn_talker
 from dnnvss.systems import Example, NetworkModel, VisualModel
+from dnnvss.systems.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.systems.examples import SPLITS, make_examples, split_examples
-from dnnvss.systems.units import CorpusUnits, UnitPlan, corpus_units
+from dnnvss.systems.viseme_plan import UnitPlan
 
 
 @dataclass(frozen=True)

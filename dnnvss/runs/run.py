@@ -25,7 +25,7 @@ from dnnvss.style.generator import Generator
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
 from dnnvss.systems.registry import make_system
-from dnnvss.systems.units import UnitModel
+from dnnvss.systems.viseme_predictor import UnitModel
 from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.precision import resolve
 from dnnvss.visemes import TIER

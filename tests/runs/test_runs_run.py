@@ -18,7 +18,7 @@ from dnnvss.runs.run import Run
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
 from dnnvss.systems.examples import split_examples
-from dnnvss.systems.units import UnitPlan
+from dnnvss.systems.viseme_plan import UnitPlan
 
 
 def configured(*settings: str) -> RunSettings:

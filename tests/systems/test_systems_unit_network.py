@@ -12,7 +12,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, encode
 from dnnvss.systems import BlendedNetworks, Example, NetworkModel
 from dnnvss.systems.blend import without_visemes
-from dnnvss.systems.unit_network import UnitNetwork, VisemePredictor, unit_sequence, unit_targets
+from dnnvss.systems.viseme_network import UnitNetwork, unit_sequence, unit_targets
+from dnnvss.systems.viseme_predictor import VisemePredictor
 from dnnvss.timing import Tier
 from dnnvss.training import FitSettings
 from dnnvss.visemes import DecodingSettings, Grammar

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from conftest import CLOCK
 
-from dnnvss.systems import units
-from dnnvss.systems.units import CorpusUnits, UnitModel
+from dnnvss.systems import corpus_visemes
+from dnnvss.systems.corpus_visemes import CorpusUnits
+from dnnvss.systems.viseme_predictor import UnitModel
 from dnnvss.timing import Tier
 
 
@@ -26,11 +27,11 @@ def test_a_run_that_goes_on_has_the_units_of_the_first(tmp_path: Path, monkeypat
     tiers = [Tier("visemes", zip(edges[:-1] * k, edges[1:] * k, "0123", strict=True)) for k in (1, 1.1, 1 / 7)]
     made = CorpusUnits(cast(UnitModel, KeptModel()), {"a": tiers[0]}, {"a": tiers[1:]})
     fits: list[int] = []
-    monkeypatch.setattr(units, "_learn", lambda *given: fits.append(1) or made)
+    monkeypatch.setattr(corpus_visemes, "_learn", lambda *given: fits.append(1) or made)
     monkeypatch.setattr(UnitModel, "load", classmethod(lambda cls, path: path.read_text()))
     given: Any = (SimpleNamespace(root=tmp_path), SimpleNamespace(key="face"), "own", CLOCK, SimpleNamespace(key="k"),
                   tmp_path / "scratch")
-    first, again = units.corpus_units(*given), units.corpus_units(*given)
+    first, again = corpus_visemes.corpus_units(*given), corpus_visemes.corpus_units(*given)
     assert fits == [1]
     assert first == again
     assert first.oracle == made.oracle and first.predicted == made.predicted

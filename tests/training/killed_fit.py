@@ -21,7 +21,7 @@ import dnnvss.training.callbacks
 from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.systems import Example, NetworkModel
 from dnnvss.systems.frame_network import FrameNetwork
-from dnnvss.systems.unit_network import UnitNetwork, unit_targets
+from dnnvss.systems.viseme_network import UnitNetwork, unit_targets
 from dnnvss.timing import Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.module import FitModule

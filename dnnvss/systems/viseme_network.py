@@ -1,4 +1,4 @@
-"""Dynamic visemes from phones: a network that sees phones and says what gesture may be going on, and a decoder."""
+"""A network that sees phones and says what gesture may be going on in each frame."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,12 +11,12 @@ import torch
 from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.systems.feedforward import FeedForward
-from dnnvss.timing import Alignment, FrameClock, Tier
+from dnnvss.timing import FrameClock, Tier
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.classification import FrameClassification
 from dnnvss.training.recipe import one_cycle
 from dnnvss.training.settings import FitSettings
-from dnnvss.visemes import DecodingSettings, Evidence, Grammar, sample, viseme_tier, viterbi
+from dnnvss.visemes import Evidence
 
 _CHUNK = 4096  # frames a forward pass at prediction
 HEEDED = ("learning_rate", "weight_decay", "warmup", "batch_size", "epochs", "share", "clip", "seed")
@@ -129,32 +129,3 @@ def unit_sequence(tier: Tier, clock: FrameClock) -> tuple[np.ndarray, np.ndarray
     frames = np.diff(tier.frame_edges(clock))
     units = np.array([int(label) for label in tier.labels])
     return units[frames > 0], frames[frames > 0]
-
-
-@dataclass(frozen=True)
-class VisemePredictor:
-    """Dynamic visemes from phones and context alone.
-
-    Args:
-        network: what each frame suggests.
-        grammar: bigram and durations.
-        decoding: what counts how much.
-        clock: of the frames.
-    """
-
-    network: UnitNetwork
-    grammar: Grammar
-    decoding: DecodingSettings
-    clock: FrameClock
-
-    def tier(self, codes: FrameCodes, alignment: Alignment) -> Tier:
-        """Return the most likely tier ``visemes`` of an utterance; ``codes`` are its frame codes, of any table."""
-        return self._tier(*viterbi(self.network.evidence(codes), self.grammar, self.decoding), alignment)
-
-    def samples(self, codes: FrameCodes, alignment: Alignment, count: int, seed: int = 0) -> list[Tier]:
-        """Return tiers drawn with the probability that the model gives them."""
-        drawn = sample(self.network.evidence(codes), self.grammar, self.decoding, count, seed)
-        return [self._tier(edges, units, alignment) for edges, units in drawn]
-
-    def _tier(self, edges: np.ndarray, units: np.ndarray, alignment: Alignment) -> Tier:
-        return viseme_tier(edges, units, self.clock, (alignment.start, alignment.end))
