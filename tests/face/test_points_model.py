@@ -102,6 +102,23 @@ def test_the_axes_of_a_face_in_space_are_its_own() -> None:
     assert corners[1] - corners[0] == pytest.approx([32, 0, 0], abs=0.1)
 
 
+@pytest.mark.parametrize("axes", [[0, 1, 2], [2, 0, 1], [1, 2, 0]])
+def test_it_does_not_matter_how_the_tracker_s_axes_lie(axes: list[int]) -> None:
+    upright = fit_points(clips(3), GROUPS, SETTINGS)
+    for sign in (1, -1):  # y up and z towards the viewer
+        turn = np.diag([1, sign, sign])[axes]
+        own = [clip_of(recorded(3, k, lambda p, i, t=turn: p @ t.T), f"clip{k}") for k in range(4)]
+        face = fit_points(own, GROUPS, SETTINGS)
+        parameters = np.array([[5.0, 0.0], [0.0, 3.0]])
+        for name, gauge in upright.gauges.items():
+            if name != "lower_lip":  # its zero is the tracker's
+                found = sorted(np.abs(face.gauges[name](parameters) - face.gauges[name].constant))
+                assert face.gauges[name].constant == pytest.approx(gauge.constant, abs=1e-9)
+                assert found == pytest.approx(sorted(np.abs(gauge(parameters) - gauge.constant)), abs=1e-9)
+        upper, lower = (face.mean[face.layout.inner[i]] for i in (1, 3))
+        assert lower[1] > upper[1]
+
+
 @BOTH
 def test_raw_parameters_are_the_points_themselves(dimensions: int) -> None:
     face = fit_points(clips(dimensions), GROUPS, replace(SETTINGS, modes="raw"))

@@ -95,9 +95,10 @@ def _read(clips: Sequence[Clip], layout: Layout) -> list[tuple[np.ndarray, np.nd
 def _reference(read: Sequence[tuple[np.ndarray, np.ndarray]], layout: Layout, settings: PointsSettings) -> Reference:
     seen = np.concatenate([points[valid][::_EVERY] for points, valid in read])
     outer = layout.rows[layout.outer]
-    across = np.median(seen[:, outer, 0], axis=0)
-    corners = int(outer[across.argmin()]), int(outer[across.argmax()])
-    return learn_reference(seen, layout.stable, corners, settings.pose_smoothing)
+    lips = np.median(seen[:, outer], axis=0)
+    far = np.linalg.norm(lips[:, None] - lips, axis=-1)  # the corners, however the tracker's axes lie
+    pair = sorted(np.unravel_index(far.argmax(), far.shape), key=lambda i: lips[i, 0])
+    return learn_reference(seen, layout.stable, (int(outer[pair[0]]), int(outer[pair[1]])), settings.pose_smoothing)
 
 
 def _still(clips: Sequence[Clip], read: Sequence[tuple[np.ndarray, np.ndarray]], reference: Reference,
