@@ -179,7 +179,9 @@ def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2) -> Landm
     """
     arrays = files.read_arrays(path, _NPZ)
     points = arrays.get("points")
-    if points is None or points.ndim != 3 or points.dtype.kind not in "fiu" or not len(points):
+    if points is not None and points.dtype.kind not in "fiu":
+        raise DnnvssError(f"its points are {points.dtype}, not numbers", file=path, remedy=_NPZ)
+    if points is None or points.ndim != 3 or not len(points):
         shapes = {name: value.shape for name, value in arrays.items()}
         raise DnnvssError(f"holds {shapes}, not points (frames, points, {dimensions})", file=path, remedy=_NPZ)
     if points.shape[2] != dimensions:
