@@ -14,7 +14,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--out", type=Path, help="where to write; the first run's folder `evaluation` unless given")
     parser.add_argument("--first", type=whole(1), default=5, help="leading coefficients in averages (5)")
     parser.add_argument("--seed", type=whole(0), default=0, help="of anchors, bootstrap and permutation tests (0)")
-    options = parser.parse_args(arguments)
+    options = parser.read(arguments)
     from dnnvss.evaluation.finished import compare_runs
 
     made = compare_runs(options.runs, options.out, first=options.first, seed=options.seed)

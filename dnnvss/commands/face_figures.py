@@ -25,7 +25,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--utterance", help="whose frames are shown; the first of the validation split unless given")
     parser.add_argument("--modes", type=whole(1), default=6, help="how many modes (6)")
     parser.add_argument("--out", type=Path, help="where to write; FOLDER/face unless given")
-    options = parser.parse_args(arguments)
+    options = parser.read(arguments)
     from dnnvss.evaluation.face_figures import write_face_figures
 
     written = write_face_figures(options.folder, options.out or options.folder / "face", options.corpus,

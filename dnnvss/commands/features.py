@@ -21,7 +21,7 @@ def main(arguments: Sequence[str]) -> int:
                         help="frames a second, to state windows in milliseconds (100)")
     parser.add_argument("--conf", type=Path, default=conf_folder() / "labels",
                         help="folder of all configurations, for the page (conf/labels)")
-    options = parser.parse_args(arguments)
+    options = parser.read(arguments)
     from dnnvss.features.page import features_page, read_table, table_page
 
     if options.files:

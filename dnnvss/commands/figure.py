@@ -18,7 +18,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--coefficient", type=whole(1), default=5, help="counted from 1 (5)")
     parser.add_argument("--utterance", help="a test sentence; the first one unless given")
     parser.add_argument("--out", type=Path, default=Path("figure1.png"), help="the picture (figure1.png)")
-    options = parser.parse_args(arguments)
+    options = parser.read(arguments)
     from dnnvss.evaluation.figure import draw
 
     print(f"wrote {draw(options.runs, options.out, options.coefficient, options.utterance)}")

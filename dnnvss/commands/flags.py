@@ -19,13 +19,12 @@ class Flags(argparse.ArgumentParser):
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         super().__init__(*args, **kwargs)
 
-    def parse_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> Any:
-        """The options; what is left over is a mistake."""
-        words = None if args is None else list(args)
-        for word in words or ():
+    def read(self, arguments: Sequence[str]) -> argparse.Namespace:
+        """The options that arguments give; what is left over is a mistake."""
+        for word in arguments:
             if "=" in word and not word.startswith("-") and not Path(word).exists():
                 self._refuse_setting(word)
-        options, left = self.parse_known_args(words, namespace)
+        options, left = self.parse_known_args(arguments)
         if left:
             raise self._left_over(left)
         return options

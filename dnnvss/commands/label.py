@@ -90,6 +90,6 @@ def main(arguments: Sequence[str]) -> int:
                        help="file, or folder of files")
     checker = add("check", check, "list labels that are unfinished or look wrong")
     checker.add_argument("folder", type=Path)
-    options = parser.parse_args(arguments)
+    options = parser.read(arguments)
     options.work(options)
     return DONE

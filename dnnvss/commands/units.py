@@ -16,7 +16,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = Flags(prog="dnnvss units", description=__doc__)
     parser.add_argument("run", type=Path, metavar="RUN", help="folder of a run with dynamic visemes")
     parser.add_argument("--out", type=Path, help="where to write; the run's folder `units` unless given")
-    options = parser.parse_args(arguments)
+    options = parser.read(arguments)
     from dnnvss.evaluation.picture_book import draw_book
     from dnnvss.runs.run import Run
 

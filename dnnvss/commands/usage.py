@@ -1,6 +1,7 @@
 """Mistakes on the command line, and the statuses that every command ends with."""
 
 import functools
+import os
 import sys
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
@@ -28,6 +29,9 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
         except DnnvssError as error:
             print(f"error: {error}", file=sys.stderr)
             sys.exit(MISUSED if isinstance(error, UsageError) else FAILED)
+        except BrokenPipeError:  # who reads what is printed has read enough
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            sys.exit(FAILED)
         except OSError as error:
             if (remedy := files.remedy_for(error)) is None:
                 raise

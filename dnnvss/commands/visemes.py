@@ -20,7 +20,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--visemes", type=Path, default=conf_folder() / "visemes" / "default.yaml", help="settings")
     parser.add_argument("--units", type=whole(2), nargs="+", default=[40, 80, 160], help="numbers of units to compare")
     parser.add_argument("--rate", type=given_as(FrameClock), default=FrameClock(100), help="frames a second (100)")
-    options = parser.parse_args(arguments)
+    options = parser.read(arguments)
     from omegaconf import OmegaConf
 
     from dnnvss import files
