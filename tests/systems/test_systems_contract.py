@@ -13,8 +13,9 @@ from omegaconf import OmegaConf
 
 import dnnvss.systems
 from dnnvss.errors import DnnvssError
+from dnnvss.export.graph import frame_streams
 from dnnvss.features import FeatureTable, phones_of
-from dnnvss.systems import Example, VisualModel
+from dnnvss.systems import BlendedNetworks, Example, NetworkModel, VisualModel
 from dnnvss.systems.base import READABLE
 from dnnvss.systems.frame_network import FrameNetwork
 from dnnvss.systems.registry import declared, make_system, null_systems, systems
@@ -129,13 +130,33 @@ def test_prediction_does_not_depend_on_earlier_ones(fitted: tuple[str, VisualMod
     np.testing.assert_array_equal(fitted[1].predict(first).mean, before)
 
 
-def test_fit_starts_anew(examples: dict, tmp_path: Path) -> None:
-    model = build("phone_mean")
-    model.fit(examples["train"][:4], examples["val"], tmp_path)
-    model.fit(examples["train"], examples["val"], tmp_path)
-    fresh = build("phone_mean")
-    fresh.fit(examples["train"], examples["val"], tmp_path)
-    np.testing.assert_array_equal(model.predict(examples["test"][0]).mean, fresh.predict(examples["test"][0]).mean)
+def test_fit_starts_anew_and_comes_to_the_same(fitted: tuple[str, VisualModel], examples: dict,
+                                                tmp_path: Path) -> None:
+    name, model = fitted
+    again = build(name)
+    again.fit(examples["train"][:4], examples["val"], tmp_path / "some")
+    fewer = again.predict(examples["test"][0]).mean
+    again.fit(examples["train"], examples["val"], tmp_path / "all")
+    expected = model.predict(examples["test"][0])
+    np.testing.assert_array_equal(again.predict(examples["test"][0]).mean, expected.mean)
+    np.testing.assert_array_equal(again.predict(examples["test"][0]).variance, expected.variance)
+    assert not np.array_equal(fewer, expected.mean)
+
+
+def test_networks_are_exported_and_others_refused(fitted: tuple[str, VisualModel], examples: dict) -> None:
+    model = fitted[1]
+    if not isinstance(model, NetworkModel | BlendedNetworks):
+        with pytest.raises(DnnvssError, match="is not a network, so it cannot be exported"):
+            frame_streams(model)
+        return
+    codes = examples["test"][0].codes
+    frames = np.arange(len(codes))
+    inputs = torch.from_numpy(codes.active(frames)).long(), torch.from_numpy(codes.numeric(frames))
+    with torch.no_grad():
+        mean, variance = frame_streams(model)(*inputs)
+    expected = model.predict(examples["test"][0])
+    np.testing.assert_allclose(mean, expected.mean, atol=1e-4)
+    np.testing.assert_allclose(variance, np.broadcast_to(expected.variance, mean.shape), rtol=1e-3)
 
 
 def test_every_model_but_the_mean_beats_the_mean(fitted: tuple[str, VisualModel], examples: dict) -> None:
