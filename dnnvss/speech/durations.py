@@ -23,6 +23,7 @@ SHORTEST = 0.01
 
 _PENALTIES = (0.3, 1.0, 3.0, 10.0, 30.0)
 _FOLDS = 5
+_ROWS = 4096  # phones whose contexts are held as a matrix at once
 _EMPHASIS = 0.8  # standard deviations by which an emphasised phone is longer
 _DEFAULT_PAUSES = {"minor": (SHORT_PAUSE, 0.18), "major": (SHORT_PAUSE, 0.4)}
 
@@ -83,7 +84,8 @@ class DurationModel:
         A phone that the corpus lacks has the columns of its class only.
         """
         contexts, _ = spoken_contexts(alignment, text)
-        mean = _matrix(contexts, self.columns) @ self.weights
+        parts = [_matrix(contexts[i : i + _ROWS], self.columns) @ self.weights for i in range(0, len(contexts), _ROWS)]
+        mean = np.concatenate(parts) if parts else np.zeros(0)
         return mean, np.sqrt([next(self.variance[n] for n in row if n in self.variance) for row in contexts])
 
     def durations(self, alignment: Alignment, text: str) -> np.ndarray:
@@ -177,15 +179,15 @@ def spoken_contexts(alignment: Alignment, text: str) -> tuple[list[list[str]], n
     tree = linguistic_tree(alignment, text)
     padded = (SILENCE, SILENCE, *alignment["phones"].labels, SILENCE, SILENCE)
     spoken = np.flatnonzero(tree.word >= 0)
-    rows = [_context(padded[i : i + 5], tree, i) for i in spoken.tolist()]
+    places = _places(tree)
+    rows = [_context(padded[i : i + 5], tree, i, places[i]) for i in spoken.tolist()]
     return rows, np.diff(alignment["phones"].edges)[spoken]
 
 
-def _context(window: Sequence[str], tree: LinguisticTree, i: int) -> list[str]:
-    """Return the feature names of segment ``i``, which stands in the middle of five labels."""
+def _context(window: Sequence[str], tree: LinguisticTree, i: int, place: str) -> list[str]:
+    """Return the feature names of segment ``i`` at a place in its syllable, in the middle of five labels."""
     far_left, left, own, right, far_right = window
     kind = phone_class(own)
-    place = _place(tree, i)
     last_syllable = tree.syllable_in_word[i] == tree.syllables_in_word[i] - 1
     final = last_syllable and tree.word_in_phrase[i] == tree.words_in_phrase[i] - 1
     end = final and tree.phrase[i] == tree.phrases - 1
@@ -205,13 +207,13 @@ def _context(window: Sequence[str], tree: LinguisticTree, i: int) -> list[str]:
     ]  # fmt: skip
 
 
-def _place(tree: LinguisticTree, i: int) -> str:
-    """Return where in its syllable a phone stands: onset, nucleus or coda."""
-    if tree.vowel[i]:
-        return "nucleus"
-    same = tree.syllable == tree.syllable[i]
-    nuclei = np.flatnonzero(same & tree.vowel)
-    return "onset" if len(nuclei) and i < nuclei[0] else "coda"
+def _places(tree: LinguisticTree) -> list[str]:
+    """Where in its syllable each segment stands: onset, nucleus or coda."""
+    nuclei = np.full(tree.syllables + 1, -1)  # the last place is that of silences
+    vowels = np.flatnonzero(tree.vowel)[::-1]
+    nuclei[tree.syllable[vowels]] = vowels  # the first of each syllable is written last
+    onset = np.arange(len(tree.syllable)) < nuclei[tree.syllable]
+    return ["nucleus" if v else "onset" if o else "coda" for v, o in zip(tree.vowel, onset, strict=True)]
 
 
 def _matrix(contexts: Sequence[Sequence[str]], columns: Sequence[str]) -> np.ndarray:
@@ -362,9 +364,11 @@ def _laid_out(plan: Alignment, seconds: np.ndarray, pauses: np.ndarray, lead_in:
     spoken, silent = iter(seconds), iter(pauses)
     lengths = [float(next(silent if s.label in SILENCES else spoken)) for s in plan["phones"]]
     phones = list(zip(plan["phones"].labels, lengths, strict=True))
-    owner = [plan["words"].index_at((s.start + s.end) / 2) for s in plan["phones"]]
-    words = [(label, sum(lengths[k] for k in range(len(lengths)) if owner[k] == w))
-             for w, label in enumerate(plan["words"].labels)]
+    owners = plan["words"].indices_at(plan["phones"].middles).tolist()
+    inside: list[list[float]] = [[] for _ in plan["words"]]
+    for owner, length in zip(owners, lengths, strict=True):
+        inside[owner].append(length)
+    words = [(label, sum(own)) for label, own in zip(plan["words"].labels, inside, strict=True)]
     before = [(SILENCE, lead_in)] if lead_in > 0 else []
     after = [(SILENCE, lead_out)] if lead_out > 0 else []
     edge = [[("", length) for _, length in row] for row in (before, after)]

@@ -70,6 +70,7 @@ def synthesise(alignment: Alignment, rate: int = 16000, seed: int = 0, f0: float
 def _pieces(alignment: Alignment) -> list[_Piece]:
     segments = list(alignment["phones"])
     sounds = [None if s.label in SILENCES else sound(s.label) for s in segments]
+    before, after = _nearest_f2(sounds, "end"), _nearest_f2(sounds[::-1], "start")[::-1]
     pieces = []
     for i, (segment, own) in enumerate(zip(segments, sounds, strict=True)):
         if own is None:
@@ -78,19 +79,20 @@ def _pieces(alignment: Alignment) -> list[_Piece]:
         previous = segments[i - 1].label if i else "sil"
         breathy = own.kind == "stop" and not own.voice and previous != "S" and (
             following in SILENCES or sound(following).voice > 0.5)
-        pieces.append(_Piece(*segment, own, _nearest_f2(sounds[:i][::-1], "end"), _nearest_f2(sounds[i + 1 :], "start"),
-                             breathy))
+        pieces.append(_Piece(*segment, own, before[i], after[i], breathy))
     return pieces
 
 
-def _nearest_f2(sounds: list[Sound | None], side: str) -> float:
-    """Return F2 in Hz of the first vowel or glide of a row, 1450 if a silence comes first."""
-    for other in sounds:
-        if other is None:
-            break
-        if other.kind in ("vowel", "glide"):
-            return float(getattr(other, side)[1])
-    return 1450.0
+def _nearest_f2(sounds: list[Sound | None], side: str) -> list[float]:
+    """For each sound F2 in Hz of the last vowel or glide before it, 1450 where a silence is nearer."""
+    found, last = [], 1450.0
+    for own in sounds:
+        found.append(last)
+        if own is None:
+            last = 1450.0
+        elif own.kind in ("vowel", "glide"):
+            last = float(getattr(own, side)[1])
+    return found
 
 
 def _release(piece: _Piece) -> float:
@@ -114,11 +116,16 @@ def _track(times: np.ndarray, rows: list[tuple[float, float, float]], ramp: floa
     rate = 1 / (times[1] - times[0]) if len(times) > 1 else 1.0
     curve = np.zeros(len(times))
     for start, end, value in rows:
-        first, last = np.searchsorted(times, [start, end])
-        curve[first:last] = value
+        curve[_between(times, start, end)] = value
     width = max(int(ramp * rate), 1)
     return scipy.ndimage.uniform_filter1d(scipy.ndimage.uniform_filter1d(curve, width, mode="constant"), width,
                                           mode="constant")
+
+
+def _between(times: np.ndarray, start: float, end: float) -> slice:
+    """Where times in order are from ``start`` up to, and not at, ``end``."""
+    first, last = np.searchsorted(times, (start, end))
+    return slice(int(first), int(last))
 
 
 def _voicing(pieces: list[_Piece]) -> list[tuple[float, float, float]]:
@@ -190,7 +197,7 @@ def _pitch(pieces: list[_Piece], alignment: Alignment, times: np.ndarray, f0: fl
     silent = [(s.start, s.end) for s in alignment["phones"] if s.label in SILENCES and s.duration > 0.05]
     bounds = [alignment.start, *[t for pair in silent for t in pair], alignment.end]
     for start, end in zip(bounds[::2], bounds[1::2], strict=True):
-        inside = (times >= start) & (times < end)
+        inside = _between(times, start, end)
         along = (times[inside] - start) / max(end - start, 1e-6)
         curve[inside] = 1.14 - 0.24 * along - 0.14 * np.clip((along - 0.85) / 0.15, 0, 1)
     for p in pieces:
@@ -275,7 +282,7 @@ def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) 
     open_glottis = np.zeros(len(times), bool)
     for p in pieces:
         if p.sound.kind == "aspirate" or p.breathy:
-            open_glottis[(times >= p.start) & (times < p.end)] = True
+            open_glottis[_between(times, p.start, p.end)] = True
     widths = np.stack([np.where(open_glottis, 220.0, 70.0), np.full(len(times), 95.0), np.full(len(times), 150.0)], 1)
     rows = [_resonators(formants[:, k], widths[:, k], rate) for k in range(3)]
     rows += [np.broadcast_to(_resonators(np.array(f * shift), np.array(b), rate), (len(times), 6))
@@ -283,7 +290,7 @@ def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) 
     zero = np.full(len(times), _NASAL_POLE)
     for p in pieces:
         if p.sound.zero:
-            zero[(times >= p.start - 0.02) & (times < p.end + 0.01)] = p.sound.zero
+            zero[_between(times, p.start - 0.02, p.end + 0.01)] = p.sound.zero
     zero = scipy.ndimage.gaussian_filter1d(zero, 0.008 / _STEP, mode="nearest")
     rows.append(_resonators(np.full(len(times), _NASAL_POLE), np.full(len(times), 100.0), rate))
     rows.append(_inverse(_resonators(zero, np.full(len(times), 100.0), rate)))

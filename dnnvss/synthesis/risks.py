@@ -63,7 +63,8 @@ def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, s
     named = [k for k, label in enumerate(alignment["words"].labels) if label]
     risks_of = dict(zip(named, words, strict=True)) if words else {}
     rows: list[tuple[Risk, ...]] = []
-    for segment, triphone in zip(tier, seen, strict=True):
+    owners = alignment["words"].indices_at(tier.middles).tolist()
+    for segment, triphone, owner in zip(tier, seen, owners, strict=True):
         if segment.label in SILENCES:
             rows.append(())
             continue
@@ -72,7 +73,7 @@ def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, s
             own.append({"kind": "unseen phone", "phone": segment.label, "stands_in": replaced[segment.label]})
         if triphone not in known:
             own.append({"kind": "unseen triphone", "triphone": triphone})
-        rows.append((*own, *risks_of.get(alignment["words"].index_at((segment.start + segment.end) / 2), ())))
+        rows.append((*own, *risks_of.get(owner, ())))
     frames, seconds = tier.frame_edges(clock).tolist(), tier.edges.tolist()
     spans = [Span(a, b - 1, s, e, row) for (a, b), (s, e), row in zip(pairwise(frames), pairwise(seconds), rows,
                                                                       strict=True) if row and b > a]

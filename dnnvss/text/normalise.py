@@ -25,6 +25,7 @@ _EMPHASIS = re.compile(r"(?<![\w*])(\*{1,3})(?=[^\s*])([^*\n]*[^\s*])\1(?!\w)"
 _ELIDED = re.compile(r"['\u2019](?:\d\ds|em|til|cause|tis|twas|bout|round|n['\u2019]?)(?!\w)", re.IGNORECASE)
 _QUANTITY = re.compile(r"['\u2019+\-\u2212(.$£€¥₹]*\d|[-\u2212]?[$£€¥₹]|[A-Za-z]{3,9}\.?\s(?:the\s)?\d|the\s\d",
                        re.IGNORECASE)
+_AHEAD = 1000  # letters after a piece that may tell how it is read
 _SHARP = re.compile(r"\b[A-G]$")
 _MAJOR = re.compile(r"[.!?\u2026\u203d\u00a1\u00bf]+")
 _MINOR = re.compile(rf"(?:(?!{quantities.BRACKETED})[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7])+"
@@ -108,7 +109,7 @@ def _quiet_sign(text: str, at: int) -> bool:
     if sign in "/-":
         return False
     if sign == "#":
-        return not _SHARP.search(text[:at]) and (alone or after.isalpha())
+        return not _SHARP.search(text[max(at - 3, 0) : at]) and (alone or after.isalpha())
     if sign in "*_":
         return alone or (sign == "_" and not before.strip())
     return not (sign in "'\u2019" and after.isalnum() and not before.isalnum() and _elided(text, at))
@@ -147,10 +148,15 @@ def _spoken(text: str, at: int, british: bool, shouting: bool, lenient: bool, fo
     before = found[-1].written if found and found[-1].brk != "major" else ""
     for pattern, rule in wording.RULES:
         if match := pattern.match(text, at):
-            said = rule(match, Place(before, text[match.end() :], british, shouting))
+            said = rule(match, Place(before, _after(match), british, shouting))
             if said is not None:
                 return _add(found, match, said)
     return _symbol(text, at, found)
+
+
+def _after(match: re.Match[str]) -> str:
+    """The text that follows a piece, as far as it matters."""
+    return match.string[match.end() : match.end() + _AHEAD]
 
 
 def _by_number(text: str, at: int, british: bool, found: list[Token]) -> int | None:
@@ -170,13 +176,13 @@ def _add(found: list[Token], match: re.Match[str], said: list[str] | list[Token]
     elif said:
         found.append(Token(match[0], tuple(said)))  # type: ignore[arg-type]
     end = match.end()
-    if match[0].endswith(".") and said and isinstance(said[0], str) and wording.ends_sentence(match.string[end:]):
+    if match[0].endswith(".") and said and isinstance(said[0], str) and wording.ends_sentence(_after(match)):
         _break(found, "major")  # the dot of "5 p.m." at the end of a sentence
     return end
 
 
 def _symbol(text: str, at: int, found: list[Token]) -> int | None:
-    sharp = text[at] == "#" and _SHARP.search(text[:at])
+    sharp = text[at] == "#" and _SHARP.search(text[max(at - 3, 0) : at])
     entry = ("sharp",) if sharp else table("symbols").get(text[at])
     if entry is None:
         return None

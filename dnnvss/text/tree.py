@@ -15,6 +15,7 @@ LONGEST = 12
 """Most words of a phrase."""
 
 _SHORTEST = 3  # words of a phrase that length alone makes
+_MATCHED = 512  # words of text and tier that are looked at together; further apart they are not matched
 
 _JOINING = word_set("and but or nor so because that which who when while if where after before although though unless "
                     "until as than to in on at by for with from of into over about")
@@ -94,11 +95,14 @@ def _owners(alignment: Alignment, spoken: np.ndarray) -> np.ndarray:
     A spoken phone inside a pause belongs to the nearest word; where the tier has no word, to the pause itself.
     """
     phones, words = alignment["phones"], alignment["words"]
-    middles = (phones.edges[:-1] + phones.edges[1:]) / 2
+    middles = phones.middles
     named = np.array([i for i, label in enumerate(words.labels) if label.strip()] or range(len(words)))
     starts, ends = words.edges[:-1][named], words.edges[1:][named]
-    distance = np.maximum(np.maximum(starts - middles[:, None], middles[:, None] - ends), 0.0)
-    return np.where(spoken, named[distance.argmin(axis=1)], -1)
+    last = np.searchsorted(starts, middles, side="right") - 1  # of those that have begun
+    near = np.clip(last[:, None] + np.arange(-1, 2), 0, len(named) - 1)
+    distance = np.maximum(np.maximum(starts[near] - middles[:, None], middles[:, None] - ends[near]), 0.0)
+    nearest = near[np.arange(len(near)), distance.argmin(axis=1)]
+    return np.where(spoken, named[nearest], -1)
 
 
 def _renumbered(owner: np.ndarray) -> np.ndarray:
@@ -107,10 +111,10 @@ def _renumbered(owner: np.ndarray) -> np.ndarray:
     return np.where(owner >= 0, np.searchsorted(kept, owner), -1)
 
 
-def _runs(word: np.ndarray) -> list[np.ndarray]:
-    """Return the phones of each word, in order."""
-    spoken = np.flatnonzero(word >= 0)
-    return np.split(spoken, np.flatnonzero(np.diff(word[spoken])) + 1) if len(spoken) else []
+def _runs(unit: np.ndarray) -> list[np.ndarray]:
+    """The phones of each unit (word or phrase), in order."""
+    spoken = np.flatnonzero(unit >= 0)
+    return np.split(spoken, np.flatnonzero(np.diff(unit[spoken])) + 1) if len(spoken) else []
 
 
 def _syllables(labels: tuple[str, ...], word: np.ndarray) -> np.ndarray:
@@ -147,8 +151,8 @@ def _phrases(alignment: Alignment, text: str, owner: np.ndarray, word: np.ndarra
             current += 1
         phrase[i], previous, silent = current, i, False
     names = alignment["words"].labels
-    first = {int(w): names[owner[i]].strip().lower() for i, w in reversed(list(enumerate(word))) if w >= 0}
-    cuts = [cut for p in range(current + 1) for cut in _cuts(sorted({int(w) for w in word[phrase == p]}), first)]
+    first = {int(word[run[0]]): names[owner[run[0]]].strip().lower() for run in _runs(word)}
+    cuts = [cut for run in _runs(phrase) for cut in _cuts(np.unique(word[run]).tolist(), first)]
     return np.where(phrase >= 0, phrase + np.searchsorted(cuts, word, side="right"), -1)
 
 
@@ -156,7 +160,8 @@ def _cuts(words: list[int], names: dict[int, str]) -> list[int]:
     """Return the words of a phrase before which it is cut, in order, so that no part is too long."""
     if len(words) <= LONGEST:
         return []
-    places = range(_SHORTEST, len(words) - _SHORTEST + 1)
+    middle = len(words) // 2  # a joining word counts for three places, so further away none can be the best
+    places = range(max(_SHORTEST, middle - 4), min(len(words) - _SHORTEST, middle + 4) + 1)
     at = min(places, key=lambda k: abs(k - len(words) / 2) - 3 * (names[words[k]] in _JOINING))
     return [*_cuts(words[:at], names), words[at], *_cuts(words[at:], names)]
 
@@ -165,8 +170,32 @@ def _punctuated(labels: tuple[str, ...], text: str) -> set[int]:
     """Return the segments of the words tier after which the text has punctuation that ends a phrase."""
     tier = [(i, label.strip().lower()) for i, label in enumerate(labels) if label.strip()]
     written = spoken_words(text)
-    matcher = SequenceMatcher(None, [w for _, w in tier], [w for w, _ in written], autojunk=False)
-    return {tier[a + k][0] for a, b, n in matcher.get_matching_blocks() for k in range(n) if written[b + k][1]}
+    pairs = _matched([w for _, w in tier], [w for w, _ in written])
+    return {tier[a][0] for a, b in pairs if written[b][1]}
+
+
+def _matched(tier: list[str], written: list[str]) -> list[tuple[int, int]]:
+    """Positions of words that are the same in both, in order; a few hundred words of each are compared at a time."""
+    a, b, half, pairs = 0, 0, _MATCHED // 2, []
+    while a < len(tier) and b < len(written):
+        ours, theirs = tier[a : a + _MATCHED], written[b : b + _MATCHED]
+        found = _pairs(ours, theirs)
+        step = (len(ours), len(theirs))
+        if a + len(ours) < len(tier) or b + len(theirs) < len(written):  # words to come may change the second half
+            found = [pair for pair in found if max(pair) < half]
+            last = found[-1] if found else (0, 0)
+            step = (last[0] + 1, last[1] + 1) if min(last) >= half // 2 else (half, half)
+        pairs += [(a + i, b + j) for i, j in found]
+        a, b = a + step[0], b + step[1]
+    return pairs
+
+
+def _pairs(ours: list[str], theirs: list[str]) -> list[tuple[int, int]]:
+    """Positions of words that are the same in two rows, in order."""
+    if ours == theirs:
+        return [(i, i) for i in range(len(ours))]
+    blocks = SequenceMatcher(None, ours, theirs, autojunk=False).get_matching_blocks()
+    return [(a + k, b + k) for a, b, n in blocks for k in range(n)]
 
 
 def _inside(unit: np.ndarray, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -83,8 +83,17 @@ class Tier:
 
     def index_at(self, seconds: float) -> int:
         """Return the index of the segment at a time; times outside belong to the first or the last segment."""
-        index = int(np.searchsorted(self.edges, seconds, side="right")) - 1
-        return min(max(index, 0), len(self) - 1)
+        return int(self.indices_at(np.array([seconds]))[0])
+
+    def indices_at(self, seconds: np.ndarray) -> np.ndarray:
+        """The index (n,) of the segment at each of the times (n,); outside it is the first or the last segment."""
+        return np.clip(np.searchsorted(self.edges, seconds, side="right") - 1, 0, len(self) - 1)
+
+    @property
+    def middles(self) -> np.ndarray:
+        """The middle (len,) of each segment in seconds."""
+        edges = self.edges
+        return (edges[:-1] + edges[1:]) / 2
 
     def moved(self, seconds: float) -> "Tier":
         """Return the tier with every edge moved by ``seconds``."""

@@ -114,7 +114,7 @@ def label_agreement(pairs: list[tuple[Tier, Tier]]) -> float:
     **Source**: Vinh, Epps, Bailey, "Information theoretic measures for clusterings comparison", 2010.
     """
     true = [s.label for _, tier in pairs for s in tier]
-    found = [tier[tier.index_at((s.start + s.end) / 2)].label for tier, other in pairs for s in other]
+    found = [tier[i].label for tier, other in pairs for i in tier.indices_at(other.middles)]
     from sklearn.metrics import adjusted_mutual_info_score  # slow to import, and synthesis needs none of it
 
     return float(adjusted_mutual_info_score(true, found))

@@ -1,5 +1,8 @@
 """The linguistic tree: syllables, words and phrases of an aligned utterance."""
 
+import tracemalloc
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -103,3 +106,58 @@ def test_unknown_phone_and_missing_tier_are_errors() -> None:
         linguistic_tree(aligned("a=QQ"), "a")
     with pytest.raises(DnnvssError, match="no tier 'words'"):
         linguistic_tree(Alignment([Tier("phones", [(0, 1, "sil")])]), "a")
+
+
+def nearest_word(phones: Tier, words: Tier) -> np.ndarray:
+    """Oracle: every phone against every word, the first of the nearest ones."""
+    middles = (phones.edges[:-1] + phones.edges[1:]) / 2
+    named = np.array([i for i, label in enumerate(words.labels) if label.strip()] or range(len(words)))
+    starts, ends = words.edges[:-1][named], words.edges[1:][named]
+    distance = np.maximum(np.maximum(starts - middles[:, None], middles[:, None] - ends), 0.0)
+    return named[distance.argmin(axis=1)]
+
+
+def test_a_phone_belongs_to_the_nearest_word() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(200):
+        count, parts = rng.integers(1, 30), rng.integers(1, 12)
+        edges = np.sort(rng.choice(100, count + 1, replace=False)) / 10
+        inner = rng.choice(np.arange(1, 1000), parts - 1, replace=False) / 1000
+        bounds = np.sort(np.r_[0, inner, 1]) * (edges[-1] - edges[0]) + edges[0]
+        phones = Tier("phones", [(a, b, "AA") for a, b in pairwise(edges)])
+        words = Tier("words", [(a, b, str(rng.choice(["", "a", "b"]))) for a, b in pairwise(bounds)])
+        owners = np.unique(nearest_word(phones, words), return_inverse=True)[1]
+        assert linguistic_tree(Alignment([phones, words]), "").word.tolist() == owners.tolist()
+
+
+def long_alignment(words: list[str]) -> Alignment:
+    """Each word is N AW, 0.2 s long."""
+    return aligned(*[f"{word}=N AW" for word in words])
+
+
+def test_punctuation_of_a_long_text_is_found_where_text_and_tier_differ() -> None:
+    names = [f"{a}{b}" for a in ("red", "blue", "green", "white") for b in ("bird", "berry", "house", "wood")]
+    rng = np.random.default_rng(0)
+    written = [str(rng.choice(names)) for _ in range(1500)]
+    tier = [word for i, word in enumerate(written) if i % 97 != 50]  # words that the tier lacks
+    text = " ".join(word + ("." if i % 10 == 9 else "") for i, word in enumerate(written))
+    phrase = linguistic_tree(long_alignment(tier), text).phrase[::2]
+    ends = {i for i, (a, b) in enumerate(pairwise(phrase)) if a != b}
+    kept = [i for i in range(len(written)) if i % 97 != 50]
+    expected = {place for place, i in enumerate(kept[:-1]) if i % 10 == 9}
+    assert len(expected) > 140
+    assert len(ends & expected) > 0.98 * len(expected)
+    assert len(ends - expected) < 0.02 * len(expected)
+
+
+def test_memory_grows_with_the_words() -> None:
+    alignment, text = long_alignment(["now"] * 3000), "now " * 3000
+    tracemalloc.start()
+    try:
+        tree = linguistic_tree(alignment, text)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert tree.words == 3000
+    assert tree.words_in_phrase.max() <= 12
+    assert peak < 15e6  # every phone against every word would be 144 MB
