@@ -208,8 +208,10 @@ class _Known:
             raise self._unknown(key, value or "")
         wrapped = not self.command.literal and value is not None and _is_wrapped(value)
         text = is_text(self.command.root, key) and not wrapped and not self._refers(value or "")
-        # some files of a group may not hold a setting that its type has: hydra adds it where it is absent
-        return replace(override, text=text, sign="++" if "." in key and sign != "~" else sign)
+        # some files of a group may not hold a setting that its type has: hydra adds it where it is absent. In a sweep
+        # it stays as typed, because an experiment's values of a setting give way to those under the same name alone.
+        added = "." in key and sign != "~" and not swept
+        return replace(override, text=text, sign="++" if added else sign)
 
     def _exists(self, key: str) -> bool:
         if not key or any(not part for part in key.split(".")):

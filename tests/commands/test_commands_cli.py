@@ -73,7 +73,7 @@ def test_other_settings_are_left_to_hydra() -> None:
     given = parse_arguments(speak.COMMAND, ["rate=25", "text=null", "style.rest=true", "+style.by_group.jaw=2"])
     assert given.for_hydra() == ["rate=25", "text=null", "++style.rest=true", "++style.by_group.jaw=2"]
     swept = parse_arguments(train.COMMAND, ["-m", "+experiment=table2", "labels=ph", "corpus.split=,unseen"])
-    assert swept.for_hydra() == ["-m", "experiment=table2", "labels=ph", "++corpus.split='','unseen'"]
+    assert swept.for_hydra() == ["-m", "experiment=table2", "labels=ph", "corpus.split='','unseen'"]
 
 
 @pytest.mark.parametrize("typed, said", [
