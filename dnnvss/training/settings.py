@@ -38,6 +38,7 @@ class FitSettings:
         accelerator, devices: as Lightning takes them; devices are those of one machine.
         nodes: machines that share the fit.
         strategy: how devices share it: ``auto``, ``ddp``. A batch is shared out, so that results do not depend on it.
+            ``alone`` takes no notice of a cluster that the process is part of.
         seed: of initial weights, batches and dropout.
         progress: show a progress bar.
         figure_every: epochs between trajectory figures in TensorBoard; 0 for none.
