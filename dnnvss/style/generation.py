@@ -16,13 +16,12 @@ from dnnvss.style.talker import LIP_RULES, RAMP, Talker
 from dnnvss.timing import FrameClock, Tier
 
 
-@dataclass(frozen=True)
-class Style:
-    """How trajectories are generated; the default is plain MLPG, bit for bit.
+@dataclass(frozen=True, kw_only=True)
+class Dials:
+    """What a style says of any face.
 
     Args:
         articulation: the dial: 0 flat, 1 the talker's natural variance, above 1 exaggerated; None leaves MLPG's.
-        groups: name of a group to its coefficients, for ``by_group``.
         by_group: another dial for the coefficients of a group.
         closures: whether the lips must close on p, b and m.
         contacts: whether the lower lip must reach the teeth on f and v.
@@ -34,7 +33,6 @@ class Style:
     """
 
     articulation: float | None = setting(None, least=0)
-    groups: Mapping[str, Sequence[int]] = setting({})
     by_group: Mapping[str, float] = setting({}, least=0)
     closures: bool = False
     contacts: bool = False
@@ -44,6 +42,17 @@ class Style:
 
     def __post_init__(self) -> None:
         check_settings(self, "style")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Style(Dials):
+    """How trajectories are generated; the default is plain MLPG, bit for bit.
+
+    Args:
+        groups: name of a group to its coefficients, for ``by_group``.
+    """
+
+    groups: Mapping[str, Sequence[int]] = setting({})
 
     @property
     def plain(self) -> bool:

@@ -10,6 +10,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face, Gauge
 from dnnvss.settings import setting
 from dnnvss.style import Style, Talker, coefficients, generate
+from dnnvss.style.generation import Dials
 from dnnvss.style.keys import Key, key_constraints
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
@@ -18,25 +19,17 @@ from dnnvss.timing import Tier
 PLAIN = Style()
 
 
-@dataclass(frozen=True)
-class StyleSettings:
+@dataclass(frozen=True, kw_only=True)
+class StyleSettings(Dials):
     """A file of ``conf/style``: a :class:`Style` whose groups hold the names of coefficients.
 
     Args:
         name: of the file.
         groups: names for groups of coefficients, for ``by_group``.
-        articulation, by_group, closures, contacts, rest, anticipation, release: see :class:`Style`.
     """
 
     name: str
-    articulation: float | None = setting(None, least=0)
     groups: Mapping[str, tuple[str, ...]] = setting({})
-    by_group: Mapping[str, float] = setting({}, least=0)
-    closures: bool = False
-    contacts: bool = False
-    rest: bool = False
-    anticipation: float = setting(0.15, least=0)
-    release: float = setting(0.15, least=0)
 
 
 def make_style(settings: StyleSettings, face: Face) -> Style:
@@ -58,7 +51,7 @@ def make_style(settings: StyleSettings, face: Face) -> Style:
         groups[group] = [names.index(m) for m in members]
     if unknown := sorted(set(settings.by_group) - set(groups)):
         raise DnnvssError(f"style.by_group: no group is named {unknown[0]!r}", remedy=f"Use one of {sorted(groups)}")
-    same = {f.name: getattr(settings, f.name) for f in fields(Style) if f.name != "groups"}
+    same = {f.name: getattr(settings, f.name) for f in fields(Dials)}
     return Style(groups=groups, **same)
 
 
