@@ -168,18 +168,18 @@ def _unseen_words(folder: Path, task: Task, examples: Mapping[str, list[Example]
 
 def _calibration(folder: Path, generator: Generator, test: list[Example]) -> dict[str, Any]:
     """Return how well the predicted variances fit the test frames; writes the plot."""
-    known = [(e.targets[:, 0], generator.model.predict(e), e.valid) for e in test if e.targets is not None]
-    found = calibration([x for x, _, _ in known], [p.mean[:, 0] for _, p, _ in known],
-                        [np.broadcast_to(p.variance, p.mean.shape)[:, 0] for _, p, _ in known],
-                        [v for _, _, v in known if v is not None])
+    known = [(*e.measured, generator.model.predict(e)) for e in test]
+    found = calibration([x[:, 0] for x, _, _ in known], [p.mean[:, 0] for _, _, p in known],
+                        [np.broadcast_to(p.variance, p.mean.shape)[:, 0] for _, _, p in known],
+                        [v for _, v, _ in known])
     plot_calibration(RunFiles(folder).figure("calibration"), {"model": found})
     values = {"error": found.error, "spread": found.spread, "log_density": found.density}
     return {name: np.round(v, 6).tolist() for name, v in values.items()}
 
 
 def _figures(folder: Path, task: Task, face: Face, example: Example, predicted: Trajectories) -> None:
-    assert example.targets is not None
-    for d in range(min(5, example.targets.shape[2])):
-        series = {"reference": example.targets[:, 0, d], **{name: p[:, d] for name, p in predicted.items()}}
+    targets, _ = example.measured
+    for d in range(min(5, targets.shape[2])):
+        series = {"reference": targets[:, 0, d], **{name: p[:, d] for name, p in predicted.items()}}
         plot_trajectories(RunFiles(folder).figure(f"coefficient_{d + 1}"), series, task.clock.rate,
                           example.alignment["phones"], f"{face.names[d]}, utterance {example.id}")

@@ -8,7 +8,7 @@ from pathlib import Path
 import joblib
 
 from dnnvss import files
-from dnnvss.corpus import Corpus
+from dnnvss.corpus import SPLITS, Corpus
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import FACE, EncodedCorpus, encode_corpus
@@ -22,7 +22,7 @@ from dnnvss.speech.durations import DurationModel
 from dnnvss.style.generator import Generator, learn_talker
 from dnnvss.systems import Example, NetworkModel, VisualModel
 from dnnvss.systems.corpus_visemes import CorpusUnits, corpus_units
-from dnnvss.systems.examples import SPLITS, make_examples, split_examples
+from dnnvss.systems.examples import make_examples, split_examples
 from dnnvss.systems.viseme_plan import UnitPlan
 
 

@@ -34,6 +34,12 @@ class Example:
     valid: np.ndarray | None = None
     alternatives: tuple[FrameCodes, ...] = ()
 
+    @property
+    def measured(self) -> tuple[np.ndarray, np.ndarray]:
+        """The targets and which of them are valid, of an example to learn from."""
+        assert self.targets is not None and self.valid is not None, f"utterance {self.id} has no targets"
+        return self.targets, self.valid
+
 
 @dataclass(frozen=True)
 class Prediction:
@@ -113,7 +119,7 @@ def pooled(examples: Sequence[Example]) -> np.ndarray:
 
 def _valid(examples: Sequence[Example]) -> Iterator[np.ndarray]:
     """Return the targets of each utterance's valid frames."""
-    return (e.targets[e.valid] for e in examples if e.targets is not None and e.valid is not None)
+    return (targets[valid] for targets, valid in (e.measured for e in examples))
 
 
 def moments(examples: Sequence[Example]) -> tuple[np.ndarray, np.ndarray]:

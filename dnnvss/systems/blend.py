@@ -63,7 +63,8 @@ class BlendedNetworks(VisualModel):
         """Fit both networks, each with its own early stopping; a killed fit goes on where it was."""
         self.phones.fit([self._phones(e) for e in train], [self._phones(e) for e in val], folder / "phones")
         self.all.fit(train, val, folder / "all")
-        errors = [(self._mean(e) - e.targets)[e.valid] for e in val]  # type: ignore[operator]
+        known = [(self._mean(e), *e.measured) for e in val]
+        errors = [(mean - targets)[valid] for mean, targets, valid in known]
         self.variance_ = np.concatenate(errors).astype(np.float64).var(0) + 1e-12
 
     def predict(self, example: Example) -> Prediction:

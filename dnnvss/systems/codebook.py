@@ -13,7 +13,7 @@ from dnnvss.features import phones_of
 from dnnvss.phones import PHONES
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
-from dnnvss.systems.codebook_units import Corpus, neighbours, phone_distances, similarities, stand_ins
+from dnnvss.systems.codebook_units import Inventory, neighbours, phone_distances, similarities, stand_ins
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Codebook(VisualModel):
         Raises:
             DnnvssError: no phone was measured throughout.
         """
-        corpus = Corpus.of(train)
+        corpus = Inventory.of(train)
         variance = np.maximum(pooled(train).var(0, dtype=np.float64), 1e-12)
         self._take(corpus, phone_distances(corpus), variance)
 
@@ -149,9 +149,9 @@ class Codebook(VisualModel):
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over the corpus."""
-        self._take(Corpus.from_state(state["corpus"]), state["distances"].numpy(), state["variance"].numpy())
+        self._take(Inventory.from_state(state["corpus"]), state["distances"].numpy(), state["variance"].numpy())
 
-    def _take(self, corpus: Corpus, distances: np.ndarray, variance: np.ndarray) -> None:
+    def _take(self, corpus: Inventory, distances: np.ndarray, variance: np.ndarray) -> None:
         """Take over what was learnt, and index what follows from it."""
         self.corpus_, self.distances_, self.variance_ = corpus, distances, variance
         known = np.unique(corpus.code[corpus.usable])

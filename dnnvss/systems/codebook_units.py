@@ -20,7 +20,7 @@ _ARRAYS = ("static", "bounds", "code", "first", "frames", "owner", "usable")
 
 
 @dataclass(frozen=True)
-class Corpus:
+class Inventory:
     """Static trajectories of utterances, one after the other, and their phones.
 
     Args:
@@ -43,15 +43,15 @@ class Corpus:
     usable: np.ndarray
 
     @classmethod
-    def of(cls, examples: Sequence[Example]) -> "Corpus":
-        """Return the corpus of measured examples.
+    def of(cls, examples: Sequence[Example]) -> "Inventory":
+        """Return the inventory of measured examples.
 
         Raises:
             DnnvssError: no phone was measured throughout.
         """
-        static = np.concatenate([e.targets[:, 0] for e in examples]).astype(np.float32)  # type: ignore[index]
+        static = np.concatenate([e.measured[0][:, 0] for e in examples]).astype(np.float32)
         bounds = np.cumsum([0, *(len(e.codes) for e in examples)])
-        valid = np.concatenate([np.asarray(e.valid) for e in examples])
+        valid = np.concatenate([e.measured[1] for e in examples])
         phones = [phones_of(e.codes) for e in examples]
         code, first, frames = (np.concatenate([getattr(p, name) for p in phones])
                                for name in ("code", "start", "frames"))
@@ -104,8 +104,8 @@ class Corpus:
         return {"ids": list(self.ids)} | {n: torch.from_numpy(np.ascontiguousarray(getattr(self, n))) for n in _ARRAYS}
 
     @classmethod
-    def from_state(cls, state: dict[str, Any]) -> "Corpus":
-        """Return the corpus that :meth:`state` described."""
+    def from_state(cls, state: dict[str, Any]) -> "Inventory":
+        """Return the inventory that :meth:`state` described."""
         return cls(tuple(state["ids"]), **{name: state[name].numpy() for name in _ARRAYS})
 
 
@@ -120,7 +120,7 @@ def neighbours(code: np.ndarray, owner: np.ndarray, width: int) -> np.ndarray:
     return np.stack(columns, 1) if columns else np.zeros((len(code), 0), dtype=np.int64)
 
 
-def phone_distances(corpus: Corpus) -> np.ndarray:
+def phone_distances(corpus: Inventory) -> np.ndarray:
     """Return how different every two phones look (41, 41), 0 on the diagonal; the median of known pairs is 1.
 
     Equation 1 of the source is lost in print. From the words around it, with ``P_i`` (5, D) the mean of phone ``i`` at

@@ -15,11 +15,10 @@ from typing import Any
 from tqdm import tqdm
 
 from dnnvss import files
-from dnnvss.corpus import Corpus
+from dnnvss.corpus import SPLITS, Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FrameCodes, encode
-from dnnvss.systems.examples import SPLITS
 from dnnvss.systems.viseme_network import UnitNetwork, unit_sequence, unit_targets
 from dnnvss.systems.viseme_plan import PredictorSettings, UnitPlan
 from dnnvss.systems.viseme_predictor import UnitModel, VisemePredictor

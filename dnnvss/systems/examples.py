@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss import files
-from dnnvss.corpus import Corpus, Utterance
+from dnnvss.corpus import SPLITS, Corpus, Utterance
 from dnnvss.curves import Windows, derivatives, resample
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
@@ -16,8 +16,6 @@ from dnnvss.media import Sound
 from dnnvss.phones import SILENCES
 from dnnvss.systems.base import Example
 from dnnvss.timing import Alignment, FrameClock, Tier
-
-SPLITS = ("train", "val", "test")
 
 
 @dataclass(frozen=True)
@@ -100,8 +98,7 @@ def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:
     def targets() -> Iterator[np.ndarray]:
         for example in examples:
             bare.append(replace(example, targets=None))
-            assert example.targets is not None
-            yield example.targets
+            yield example.measured[0]
 
     whole = files.mapped(targets(), scratch)
     ends = np.cumsum([len(e.codes) for e in bare])

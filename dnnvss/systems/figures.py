@@ -16,13 +16,13 @@ def trajectory_figure(example: Example, predict: Callable[[Example], Prediction]
     """Measured and predicted static coefficients of an utterance."""
     from matplotlib.figure import Figure
 
-    assert example.targets is not None
+    targets, _ = example.measured
     predicted = predict(example).mean[:, 0]
     rows = min(_ROWS, predicted.shape[1])
     figure = Figure(figsize=(9, 1.6 * rows))
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False)
     for d, axis in enumerate(axes[:, 0]):
-        axis.plot(example.targets[:, 0, d], "k", lw=1, label="measured")
+        axis.plot(targets[:, 0, d], "k", lw=1, label="measured")
         axis.plot(predicted[:, d], "C0", lw=1, label="predicted")
         axis.set_ylabel(f"coefficient {d + 1}", fontsize=7)
     axes[0, 0].legend(fontsize=7, ncols=2)

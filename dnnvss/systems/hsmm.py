@@ -161,8 +161,8 @@ class _Segments:
         flat = frames.reshape(len(frames), -1)
         self.centre = flat.mean(0, dtype=np.float64)
         self.scale = np.maximum(flat.std(0, dtype=np.float64), 1e-8)
-        whole = np.concatenate([e.targets for e in examples]).reshape(-1, flat.shape[1])  # type: ignore[misc]
-        self.valid = np.concatenate([e.valid for e in examples])  # type: ignore[misc]
+        whole = np.concatenate([e.measured[0] for e in examples]).reshape(-1, flat.shape[1])
+        self.valid = np.concatenate([e.measured[1] for e in examples])
         self.values = np.where(self.valid[:, None], (whole - self.centre) / self.scale, 0).astype(np.float32)
         phones = [phones_of(e.codes) for e in examples]
         lengths = [p.frames for p in phones]

@@ -205,13 +205,13 @@ class NetworkModel(VisualModel):
     def _fit_variance(self, val: Sequence[Example]) -> None:
         """Take the variance of the errors on the validation frames, or what predicted variances are to be scaled by."""
         self.variance_ = np.ones(self.mean_.shape)
-        found = [(e.valid, e.targets, *self._mixture(e)) for e in val]
-        error = np.concatenate([(mean - targets)[valid] for valid, targets, mean, _, _ in found]).astype(np.float64)
+        found = [(*e.measured, *self._mixture(e)) for e in val]
+        error = np.concatenate([(mean - targets)[valid] for targets, valid, mean, _, _ in found]).astype(np.float64)
         if not self.variances:
             self.variance_ = error.var(0) + 1e-12
             return
-        own = np.concatenate([own[valid] for valid, _, _, own, _ in found]).astype(np.float64)
-        between = [between[valid] for valid, *_, between in found if between is not None]
+        own = np.concatenate([own[valid] for _, valid, _, own, _ in found]).astype(np.float64)
+        between = [between[valid] for _, valid, *_, between in found if between is not None]
         self.variance_ = _scale(np.square(error), own, np.concatenate(between).astype(np.float64) if between else None)
 
     def state(self) -> dict[str, Any]:
@@ -241,11 +241,11 @@ class NetworkModel(VisualModel):
 
         Where the examples do not share one array already, it is mapped from a file without a name in ``folder``.
         """
-        parts: list[np.ndarray] = [e.targets for e in examples]  # type: ignore[misc]
+        parts = [e.measured[0] for e in examples]
         targets = files.shared(parts)
         if targets is None:
             targets = files.mapped((part.astype(np.float32, copy=False) for part in parts), folder)
-        valid = np.concatenate([e.valid for e in examples])  # type: ignore[list-item]
+        valid = np.concatenate([e.measured[1] for e in examples])
         s = self.settings.fit
         drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
         if seed is not None:
@@ -257,10 +257,10 @@ class NetworkModel(VisualModel):
 
     def _measurement(self, e: Example) -> Measurement:
         frames = np.arange(len(e.codes))
-        assert e.targets is not None and e.valid is not None
+        targets, valid = e.measured
         numeric = torch.from_numpy(self.scaler_(e.codes.numeric(frames)))
         return Measurement(torch.from_numpy(e.codes.active(frames)), numeric,
-                           torch.from_numpy(np.ascontiguousarray(e.targets[:, 0])), torch.from_numpy(e.valid))
+                           torch.from_numpy(np.ascontiguousarray(targets[:, 0])), torch.from_numpy(valid))
 
     @torch.inference_mode(False)  # in which a network that is moved could not be trained any more
     @torch.no_grad()

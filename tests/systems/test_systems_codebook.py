@@ -13,7 +13,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import encode
 from dnnvss.phones import ANSWERS, PHONES, phone_id
 from dnnvss.systems import Codebook, Example
-from dnnvss.systems.codebook_units import OUTSIDE, Corpus, neighbours, phone_distances, similarities
+from dnnvss.systems.codebook_units import OUTSIDE, Inventory, neighbours, phone_distances, similarities
 from dnnvss.timing import Alignment, Tier
 
 
@@ -85,7 +85,7 @@ def talker() -> list[Example]:
 
 
 def test_lips_decide_which_phones_are_alike() -> None:
-    distance = phone_distances(Corpus.of(talker()))
+    distance = phone_distances(Inventory.of(talker()))
     np.testing.assert_allclose(distance, distance.T)
     assert (np.diag(distance) == 0).all()
 
@@ -119,7 +119,7 @@ def test_sentence_of_one_phone_and_phones_without_a_frame() -> None:
 
 def test_trajectories_are_monotone_hermite_interpolants(examples: dict) -> None:
     train = examples["train"][:2]
-    corpus = Corpus.of(train)
+    corpus = Inventory.of(train)
     for u, example in enumerate(train):
         low, high = corpus.bounds[u], corpus.bounds[u + 1]
         frames = np.arange(low, high)
