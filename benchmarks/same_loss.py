@@ -35,7 +35,7 @@ def corpus_examples(folder: Path) -> Examples:
     """Return the examples of a prepared corpus, phones and context."""
     from hydra import compose, initialize_config_dir
 
-    from dnnvss.commands.plain import run_settings
+    from dnnvss.commands.train_settings import run_settings
     from dnnvss.corpus import Corpus
     from dnnvss.runs.fitting import encode
     from dnnvss.systems.examples import split_examples

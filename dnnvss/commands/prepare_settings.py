@@ -11,7 +11,7 @@ from dnnvss.settings import read_settings, setting
 
 
 @dataclass(frozen=True, kw_only=True)
-class Corpus:
+class CorpusPlace:
     """A file of ``conf/corpus`` but for how it is made.
 
     Args:
@@ -28,12 +28,12 @@ class Corpus:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DemoCorpus(Corpus, DemoSettings):
+class DemoCorpus(CorpusPlace, DemoSettings):
     """The built-in talker."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordedCorpus(Corpus):
+class RecordedCorpus(CorpusPlace):
     """A corpus of recordings.
 
     Args:
@@ -47,7 +47,7 @@ class RecordedCorpus(Corpus):
 class CorpusSettings:
     """The group ``corpus``: what it says in common, and the function that makes the corpus with its arguments."""
 
-    common: Corpus
+    common: CorpusPlace
     make: Importer
 
     @property

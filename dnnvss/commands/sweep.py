@@ -15,7 +15,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
-from dnnvss.commands.plain import run_settings
+from dnnvss.commands.train_settings import run_settings
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.runs import naming

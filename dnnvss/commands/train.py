@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from omegaconf import DictConfig
 
 from dnnvss import files
-from dnnvss.commands.arguments import SettingsCommand
-from dnnvss.commands.composed import run_command, typed_settings
-from dnnvss.commands.plain import run_settings
+from dnnvss.commands.composed import run_command
 from dnnvss.commands.sweep import sweepable
-from dnnvss.commands.train_settings import TrainSettings
+from dnnvss.commands.train_settings import COMMAND, run_settings
 from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
 from dnnvss.evaluation.run import evaluate_fitted
@@ -20,8 +18,6 @@ from dnnvss.runs.fitting import begin, encode, gather, keep, new_model
 from dnnvss.runs.naming import run_folder
 from dnnvss.runs.run import Run
 from dnnvss.training.devices import process_number
-
-COMMAND = SettingsCommand("train", "train", TrainSettings, bare="run")
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -41,7 +37,6 @@ def train(config: DictConfig) -> float:
 
     A run that was killed goes on where it stopped; one that is finished is only reported, unless ``overwrite=true``.
     """
-    typed_settings(COMMAND, config)
     settings = run_settings(config)
     corpus = Corpus.open(settings.corpus_folder)
     model = new_model(settings)

@@ -5,19 +5,21 @@ The command reads it before it does anything, so that a mistake in any setting i
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from omegaconf import DictConfig
+
+from dnnvss.commands.arguments import SettingsCommand
+from dnnvss.commands.composed import plain_settings, typed_settings
 from dnnvss.commands.prepare_settings import CorpusSettings
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import AAMConfig
 from dnnvss.face.kinds import FACES, read_face_settings
 from dnnvss.features import FeatureTable
-from dnnvss.settings import read_settings, setting, shown
-from dnnvss.style.generator import StyleSettings
+from dnnvss.runs.settings import RunOptions, RunSettings
+from dnnvss.settings import read_settings, shown
 from dnnvss.systems.registry import read_system, systems
 from dnnvss.systems.viseme_plan import UnitPlan
-from dnnvss.timing import FrameClock
 from dnnvss.training import FitSettings
 
 
@@ -82,24 +84,10 @@ class Named:
     system: str | None = None
 
 
-@dataclass(frozen=True)
-class TrajectorySettings:
-    """The group ``trajectory``: the clock of systems, and the streams that MLPG joins."""
-
-    rate: FrameClock
-    windows: str = setting("static_delta_delta2", choices=("static", "static_delta", "static_delta_delta2"))
-
-
 @dataclass(frozen=True, kw_only=True)
-class TrainSettings:
-    """``conf/train.yaml``."""
+class TrainSettings(RunOptions):
+    """``conf/train.yaml``: each group with the types of the room that it belongs to."""
 
-    seed: int = setting(0, least=0)
-    runs: Path = Path("runs")
-    run: Path | None = None
-    overwrite: bool = False
-    jobs: int = setting(-1, least=-1)
-    sample: bool = True
     corpus: CorpusSettings
     face: FaceGroup
     aam: AAMConfig
@@ -107,5 +95,16 @@ class TrainSettings:
     visemes: UnitPlan
     trainer: FitSettings
     model: SystemSettings
-    trajectory: TrajectorySettings
-    style: StyleSettings
+
+
+COMMAND = SettingsCommand("train", "train", TrainSettings, bare="run")
+
+
+def run_settings(config: DictConfig) -> RunSettings:
+    """The settings of a run that composed settings describe.
+
+    Raises:
+        UsageError: a name, type, range or choice that is wrong, in whichever group.
+    """
+    typed_settings(COMMAND, config)
+    return read_settings(RunSettings, plain_settings(config), "")

@@ -29,10 +29,36 @@ class TrajectorySettings:
     rate: int | float | str = setting(100, doc="frames a second")
     windows: str = setting("static_delta_delta2", choices=WINDOWS, doc="the streams that MLPG joins")
 
+    def __post_init__(self) -> None:
+        FrameClock.from_setting(self.rate, "trajectory.rate")
 
-@dataclass(frozen=True)
-class RunSettings:
-    """What a run is trained with, in groups; each group is read by the room that it belongs to."""
+    @property
+    def clock(self) -> FrameClock:
+        """The trajectory clock."""
+        return FrameClock(self.rate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """What every run is told beside its groups, with the groups that belong to all runs."""
+
+    seed: int = setting(0, least=0)
+    runs: str = setting("runs", doc="folder of run folders")
+    run: str | None = setting(None, doc="the run folder; named by what changes results where None")
+    overwrite: bool = setting(False, doc="train anew where a finished run has the same name")
+    jobs: int = setting(-1, least=-1, doc="processes of the stage that encodes faces; -1 for all cores")
+    sample: bool = setting(True, doc="render test sentences at the end")
+    trajectory: TrajectorySettings
+    style: StyleSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings(RunOptions):
+    """What a run is trained with, as its ``config.yaml`` keeps it.
+
+    The other groups are plain values: each is read by the room that it belongs to, when that is asked for. A bundle
+    speaks without what only training reads.
+    """
 
     corpus: Mapping[str, Any]
     face: Mapping[str, Any]
@@ -40,15 +66,7 @@ class RunSettings:
     labels: Mapping[str, Any]
     visemes: Mapping[str, Any]
     model: Mapping[str, Any]
-    trajectory: TrajectorySettings
-    style: StyleSettings
     trainer: Mapping[str, Any]
-    seed: int = setting(0)
-    runs: str = setting("runs", doc="folder of run folders")
-    run: str | None = setting(None, doc="the run folder; named by what changes results where None")
-    overwrite: bool = setting(False, doc="train anew where a finished run has the same name")
-    jobs: int = setting(-1, doc="processes of the stage that encodes faces; -1 for all cores")
-    sample: bool = setting(True, doc="render test sentences at the end")
 
     @classmethod
     def load(cls, folder: Path) -> "RunSettings":
@@ -75,10 +93,10 @@ class RunSettings:
         """What a system is trained on: labels, clock and streams.
 
         Raises:
-            DnnvssError: labels or a rate that do not exist.
+            DnnvssError: labels that do not exist.
         """
         windows = WINDOWS[self.trajectory.windows]
-        return Task(FeatureTable.from_config(dict(self.labels)), FrameClock(self.trajectory.rate), windows)
+        return Task(FeatureTable.from_config(dict(self.labels)), self.trajectory.clock, windows)
 
     @property
     def face_settings(self) -> FaceSettings:
@@ -110,7 +128,6 @@ class RunSettings:
     def model_name(self) -> str:
         """The name of the system."""
         return str(self.model["name"])
-
 
 
 def _check_version(places: RunFiles, values: Any) -> None:

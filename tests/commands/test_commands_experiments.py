@@ -8,7 +8,7 @@ from conftest import ROOT
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from dnnvss.commands.plain import run_settings
+from dnnvss.commands.train_settings import run_settings
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.run import make_model
 from dnnvss.runs.settings import RunSettings
@@ -53,10 +53,8 @@ def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
 @pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
                                             ("model.members=0", "model.members=0 is too little")])
 def test_a_setting_that_the_model_refuses_is_named_as_it_stands(wrong: str, message: str) -> None:
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        settings = composed(wrong)
-    with pytest.raises(DnnvssError, match=message):
-        make_model(settings, settings.task)
+    with initialize_config_dir(str(CONF), version_base="1.3"), pytest.raises(DnnvssError, match=message):
+        composed(wrong)
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -13,7 +13,7 @@ from face.aam_cases import CONFIG, clip_arrays, corpus
 from hydra import compose, initialize_config_dir
 
 from dnnvss import DnnvssError, files
-from dnnvss.commands.plain import run_settings
+from dnnvss.commands.train_settings import run_settings
 from dnnvss.curves import resample
 from dnnvss.evaluation.runs import make_bench, read_run
 from dnnvss.face.aam import encode_clip, fit_aam

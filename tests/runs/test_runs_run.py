@@ -9,7 +9,7 @@ from conftest import ROOT
 from hydra import compose, initialize_config_dir
 
 from dnnvss import __version__, files
-from dnnvss.commands.plain import run_settings
+from dnnvss.commands.train_settings import run_settings
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
@@ -61,9 +61,8 @@ def test_a_split_without_a_measured_frame_is_named(tmp_path: Path) -> None:
 
 
 def test_settings_that_the_viseme_network_would_not_heed_are_refused() -> None:
-    config = configured("labels=ph_dv", "+visemes.predictor.fit.precision=auto")
     with pytest.raises(DnnvssError, match=r"visemes\.predictor\.fit\.precision is no setting of this fit"):
-        UnitPlan.from_config(config.visemes)
+        configured("labels=ph_dv", "+visemes.predictor.fit.precision=auto")
     assert UnitPlan.from_config(configured("labels=ph_dv").visemes).predictor.folds == 4
 
 
