@@ -9,7 +9,7 @@ from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import CorpusInfo
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import LAYOUT_68, Marks, read_landmarks, read_marks
 from dnnvss.media.folders import VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
@@ -111,6 +111,8 @@ def _source(raw: Path, name: str, video: Path | None, variant: str) -> Source:
         if video is None and sound is None and times is None:
             raise DnnvssError("has neither video nor sound, and no phone times", file=marks[0], utterance=name,
                               remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")
+    except ShortageError:
+        raise  # it says nothing about the recording
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
     return Source(name, text, words, video, marks, alignment=times, sound=sound)
@@ -143,6 +145,8 @@ def _count(source: Source, dim: int) -> int:
     """Return the landmarks of a frame of the first recording; 0 where they cannot be read (the report will say why)."""
     try:
         found = read_landmarks(source.landmarks[0], dim)
+    except ShortageError:
+        raise
     except DnnvssError:
         return 0
     return found.points.shape[1]

@@ -11,7 +11,7 @@ from data_prep.pipeline import Recipe, Source, own_lexicon, prepare
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import read_grid_align, read_marks
 from dnnvss.media.folders import is_visible
 
@@ -120,6 +120,8 @@ def _source(raw: Path, name: str, video: Path, delay: float) -> Source:
             raise DnnvssError("no transcript", file=times, utterance=name, remedy="Give its word times")
         if not said:
             raise DnnvssError("holds no word", file=times, utterance=name, remedy="Give its word times")
+    except ShortageError:
+        raise  # it says nothing about the recording
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
     return Source(name, " ".join(said), said, video, (landmarks,), bounds, delay=delay, notes=tuple(notes))

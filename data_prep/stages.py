@@ -3,7 +3,6 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,9 @@ from tqdm import tqdm
 
 from data_prep.workers import workers
 from dnnvss import files
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.shortages import shortage_of
+from dnnvss.staging import sweep_tree
 
 FOLDER = ".stages"
 """The folder of stage results inside the prepared corpus."""
@@ -43,7 +44,8 @@ class Workshop:
 
         Each result is written to ``out/.stages/<stage>/<id>.json`` as soon as it is there. It is made anew when the
         settings, the task or a file that the task names have changed. A :class:`DnnvssError` about the utterance
-        becomes the result ``{"dropped": message}``; one about a file in ``out`` (a full disk) ends the run.
+        becomes the result ``{"dropped": message}``; one about a file in ``out`` (a full disk) ends the run, and so does
+        a shortage of the system's, about which nothing is kept.
         """
         keys = {name: fingerprint(stage, settings, task) for name, task in tasks.items()}
         done = {name: _finished(self._file(stage, name), key) for name, key in keys.items()}
@@ -71,9 +73,7 @@ class Workshop:
 
     def sweep(self) -> None:
         """Remove the temporary files of workers that were killed, if that can be done: it comes after everything."""
-        with suppress(OSError):
-            for part in self.out.rglob(".*.part*"):
-                part.unlink(missing_ok=True)
+        sweep_tree(self.out)
 
 
 def fingerprint(*values: Any) -> str:
@@ -105,9 +105,13 @@ def _one(
 ) -> tuple[str, dict[str, Any]]:
     try:
         result = work(name=name, out=shop.out, **task)
+    except ShortageError:
+        raise  # it says nothing about the recording
     except DnnvssError as error:
         if error.file is not None and Path(error.file).resolve().is_relative_to(shop.out.resolve()):
             raise
+        if (short := shortage_of(error)) is not None:
+            raise short from error
         result = {"dropped": str(error)}
     files.write_text(shop._file(stage, name), json.dumps({"key": key, "result": result}))
     return name, result

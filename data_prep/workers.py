@@ -9,6 +9,7 @@ from typing import Any
 import joblib
 
 from dnnvss.errors import DnnvssError
+from dnnvss.processes import parallel
 
 _NEEDS = {"dask": ("distributed", "cluster"), "ray": ("ray", "ray")}
 """Package and extra of each backend that joblib does not bring itself."""
@@ -41,7 +42,7 @@ def workers(backend: str, jobs: int) -> Iterator[str]:
         _dask(count)
     if backend == "ray":
         _ray(count)
-    with joblib.parallel_config(backend=backend, n_jobs=-1 if backend in _NEEDS else jobs):
+    with parallel(-1 if backend in _NEEDS else jobs, backend):
         yield "list" if backend == "ray" else "generator_unordered"  # Ray's backend returns them all at the end
 
 

@@ -1,4 +1,4 @@
-"""The one error that a user can cause."""
+"""The one error that a user can cause, and its kind that is nobody's fault: a shortage of the system's."""
 
 from os import PathLike
 
@@ -32,6 +32,13 @@ class DnnvssError(Exception):
     def __reduce__(self) -> tuple:
         """Keep the parts when a worker process hands the error back."""
         return _rebuild, (type(self), self.problem, self.file, self.utterance, self.remedy)
+
+
+class ShortageError(DnnvssError):
+    """The system had too little of something: memory, handles, processes. It says nothing about what was read.
+
+    Nothing may be left out, remembered or refused because of it.
+    """
 
 
 def _ended(sentence: str) -> str:

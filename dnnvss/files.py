@@ -3,16 +3,21 @@
 import codecs
 import errno
 import json
+import math
 import os
+import re
 import tempfile
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.shortages import shortage_of
+from dnnvss.staging import FileSet, Part, current
 
 _FULL = "Free some space or choose another folder, then run the same command again: it resumes"
 _CLOSED = "Choose another place, or give yourself the right to use this one"
@@ -29,29 +34,97 @@ def remedy_for(error: OSError) -> str | None:
 def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path beside ``path``, with its suffix; it is moved to ``path`` when the block ends well.
 
-    If the block raises (Ctrl-C included) the temporary file is removed and ``path`` is left as it was.
+    If the block raises (Ctrl-C included) the temporary file is removed and ``path`` is left as it was. What a killed
+    process left beside it is removed. Within :func:`together` the move comes with those of the whole set.
 
     Raises:
         DnnvssError: the disk is full or the folder cannot be written.
     """
     path = Path(path)
-    temporary: Path | None = None
+    part: Part | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=f".part{path.suffix}", dir=path.parent)
-        os.close(handle)
-        temporary = Path(name)
-        temporary.chmod(0o644)
-        yield temporary
-        temporary.replace(path)
+        part = Part.begin(path)
+        part.file.chmod(0o644)
+        yield part.file
+        if (group := current.get()) is not None:
+            group.add(part)
+            part = None
+        else:
+            part.move()
     except OSError as error:
-        if temporary is not None and _is_of_another(error, (temporary, path, path.parent)):
+        if part is not None and _is_of_another(error, (part.file, path, path.parent)):
             raise  # the block names that file better
-        remedy = remedy_for(error) or _CLOSED
-        raise DnnvssError(f"cannot be written ({error.strerror or error})", file=path, remedy=remedy) from error
+        raise _unwritten(path, error) from error
     finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+        if part is not None:
+            part.discard()
+
+
+@contextmanager
+def together(mark: str | Path) -> Iterator[FileSet]:
+    """Let all files that the block writes come to be at its end, or none of them: they belong together.
+
+    Two processes that write one set end with one whole set: a lock beside the mark is held while files are moved.
+
+    Args:
+        mark: the file that says that the set is whole; it goes first and comes last.
+
+    Raises:
+        DnnvssError: a file cannot be put in its place.
+    """
+    group = FileSet(Path(mark))
+    token = current.set(group)
+    try:
+        yield group
+        current.reset(token)
+        try:
+            group.move()
+        except OSError as error:
+            raise _unwritten(Path(error.filename2 or error.filename or mark), error) from error
+    finally:
+        if current.get() is group:
+            current.reset(token)
+        group.discard()
+
+
+def _unwritten(path: Path, error: OSError) -> DnnvssError:
+    """What is said of a file that the system does not let be written."""
+    if (short := shortage_of(error, path)) is not None:
+        return short
+    return DnnvssError(f"cannot be written ({error.strerror or error})", file=path,
+                       remedy=remedy_for(error) or _CLOSED)
+
+
+def inside(folder: Path, name: str) -> Path:
+    """The path of a file that another file names, which must lie in ``folder``.
+
+    Raises:
+        DnnvssError: the name leads out of the folder: it is absolute, has ``..``, or goes through a link; or no system
+            has files of such a name.
+    """
+    check_name(name, folder)
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise DnnvssError(f"{name!r} is a link that leads out of the folder", file=folder, remedy=_STRANGE)
+    return path
+
+
+def check_name(name: str, folder: Path) -> None:
+    """Refuse the name of a file that leads out of ``folder`` or that some system cannot have; links are not looked at.
+
+    Raises:
+        DnnvssError: it is empty or absolute, has ``..`` or a backslash, or means a device.
+    """
+    parts = PurePosixPath(name).parts
+    odd = not parts or PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or ".." in parts
+    if odd or "\\" in name or any(ord(c) < 32 for c in name) or any(_DEVICES.fullmatch(part) for part in parts):
+        raise DnnvssError(f"the name {name!r} leads out of the folder", file=folder, remedy=_STRANGE)
+
+
+_STRANGE = "Do not use these files unless you know who wrote them; put the file itself into the folder"
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Names that mean devices on Windows."""
 
 
 def remove(path: str | Path) -> None:
@@ -164,6 +237,8 @@ def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:
     except DnnvssError:
         raise
     except Exception as error:  # each format fails in its own way; all of them mean the same to the user
+        if (short := shortage_of(error, path)) is not None:
+            raise short from error
         raise DnnvssError(f"cannot be read ({type(error).__name__}: {error})", file=path, remedy=remedy) from error
 
 
@@ -198,11 +273,56 @@ def read_json(path: str | Path, remedy: str = "Write the file again") -> Any:
     return read(path, lambda p: json.loads(read_text(p, remedy)), remedy)
 
 
-def read_arrays(path: str | Path, remedy: str = "Write the file again") -> dict[str, np.ndarray]:
-    """Return the arrays of an ``.npz`` file by name; pickled objects are refused."""
+def read_arrays(path: str | Path, remedy: str = "Write the file again", names: Sequence[str] = ()
+                ) -> dict[str, np.ndarray]:
+    """Return the arrays of an ``.npz`` file by name, or some of them; pickled objects are refused.
+
+    Raises:
+        DnnvssError: the file is missing or damaged, holds objects, or opens to far more than what it is.
+    """
 
     def load(p: Path) -> dict[str, np.ndarray]:
-        with p.open("rb") as file, np.load(file, allow_pickle=False) as archive:  # numpy leaves a broken file open
-            return {name: archive[name] for name in archive.files}
+        with p.open("rb") as file:  # numpy leaves a broken file open
+            check_sizes(file, p, remedy)
+            with np.load(file, allow_pickle=False) as archive:
+                return {name: archive[name] for name in names or archive.files}
 
     return read(path, load, remedy)
+
+
+_FREELY, _TIMES = 2**28, 100
+"""Bytes that an archive may always open to, and how many times its own size beyond them."""
+
+
+def check_sizes(file: BinaryIO, path: Path, remedy: str, times: int = _TIMES) -> None:
+    """Refuse an archive that opens to far more than what it is, and arrays that claim more than their member holds.
+
+    Args:
+        file: opened; it is left at its start.
+        path, remedy: for the message.
+        times: its own size that it may open to; with 1, members are as long as they are in the file.
+
+    Raises:
+        DnnvssError: it does.
+    """
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    with zipfile.ZipFile(file) as archive:
+        whole = sum(member.file_size for member in archive.infolist())
+        if whole > max(_FREELY if times > 1 else 0, times * size):
+            raise DnnvssError(f"its {size} bytes open to {whole}", file=path, remedy=remedy)
+        for member in archive.infolist():
+            if member.filename.endswith(".npy"):
+                _check_array(archive, member, path, remedy)
+    file.seek(0)
+
+
+def _check_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, path: Path, remedy: str) -> None:
+    with archive.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = header(stream)
+    claimed = math.prod(shape) * dtype.itemsize
+    if claimed > member.file_size and not dtype.hasobject:  # which numpy refuses with better words
+        raise DnnvssError(f"{member.filename} claims {claimed} bytes and holds {member.file_size}", file=path,
+                          remedy=remedy)

@@ -5,10 +5,11 @@ import os
 import sys
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor
-from typing import Any
+from typing import Any, NoReturn
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.shortages import shortage_of
 
 DONE, FAILED, MISUSED, INTERRUPTED = 0, 1, 2, 130
 """Statuses: all went well; something is wrong with what was read or written; the command line cannot be understood;
@@ -34,15 +35,25 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
             sys.exit(FAILED)
         except OSError as error:
             if (remedy := files.remedy_for(error)) is None:
-                raise
+                _shortage_or(error)
             print(f"error: {error.filename or 'the disk'}: {error.strerror}. {remedy}.", file=sys.stderr)
             sys.exit(FAILED)
         except (BrokenExecutor, MemoryError):
             print("error: there was too little memory, or the system ended a process of the command. Run fewer side by "
                   "side (jobs=1), then the same command again: what was finished is kept.", file=sys.stderr)
             sys.exit(FAILED)
+        except (RuntimeError, ImportError) as error:
+            _shortage_or(error)
         except KeyboardInterrupt:
             print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
             sys.exit(INTERRUPTED)
 
     return wrapped
+
+
+def _shortage_or(error: Exception) -> NoReturn:
+    """End with what the system is short of, if that is what an error comes from; else raise it again."""
+    if (short := shortage_of(error)) is None:
+        raise error
+    print(f"error: {short}", file=sys.stderr)
+    sys.exit(FAILED)

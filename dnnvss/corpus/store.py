@@ -32,7 +32,7 @@ def split_files(folder: Path) -> dict[str, list[str]]:
     remedy = "Give one id a line"
 
     def ids(path: Path) -> list[str]:
-        lines = (line.strip() for line in files.read_text(path, remedy).splitlines())
+        lines = (line.strip() for line in files.read_text(files.inside(folder, path.name), remedy).splitlines())
         return list(dict.fromkeys(filter(None, lines)))
 
     return {p.stem: ids(p)
@@ -102,7 +102,7 @@ class Corpus:
         """Return the corpus in a folder written by ``data_prep``.
 
         Raises:
-            DnnvssError: the folder was not prepared, or one of its files is damaged.
+            DnnvssError: the folder was not prepared, one of its files is damaged, or a name leads out of the folder.
         """
         root = Path(root)
         remedy = "Prepare the corpus first: python -m data_prep corpus=NAME"
@@ -114,6 +114,10 @@ class Corpus:
             lambda path: [Utterance.from_json(json.loads(x)) for x in path.read_text("utf-8").split("\n") if x],
             remedy,
         )
+        for u in rows:
+            for name in (u.id, u.video, u.audio, u.landmarks):
+                if name is not None:
+                    files.check_name(name, root)
         return cls(root, CorpusInfo(**info), {u.id: u for u in rows})
 
     @staticmethod
@@ -153,13 +157,13 @@ class Corpus:
         """Return the absolute path of an utterance's ``video``, ``audio`` or ``landmarks``.
 
         Raises:
-            DnnvssError: the utterance has no such file.
+            DnnvssError: the utterance has no such file, or one that leads out of the corpus.
         """
         relative = getattr(utterance, kind)
         if relative is None or not (self.root / relative).is_file():
             file = self.root / (relative or "corpus.json")
             raise DnnvssError(f"has no {kind}", utterance=utterance.id, file=file, remedy="Prepare the corpus again")
-        return self.root / relative
+        return files.inside(self.root, relative)
 
     def landmarks(self, utterance: Utterance) -> tuple[np.ndarray, np.ndarray]:
         """Points (F, P, 2 or 3) float32 in the corpus's unit and valid (F,); the others are interpolated."""

@@ -11,6 +11,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import INPUTS, KEY, Description
+from dnnvss.export.onnx_check import check_graph
 from dnnvss.features import FrameCodes
 from dnnvss.systems import READABLE, Example, Prediction, VisualModel
 
@@ -37,17 +38,21 @@ class ExportedModel(VisualModel):
 
     @classmethod
     def open(cls, path: Path) -> "ExportedModel":
-        """Return the network in a file: ``.onnx`` is run by onnxruntime, ``.pt2`` by torch.
+        """Return the network in an ONNX file, to be run by onnxruntime.
+
+        What torch.export writes (``.pt2``) is for other programs: opening it runs what it holds.
 
         Raises:
-            DnnvssError: the file is missing or damaged, means something else to this program, or onnxruntime is
-                missing.
+            DnnvssError: the file is missing or damaged, does more than a network of ours does, means something else to
+                this program, or onnxruntime is missing.
         """
         path = Path(path)
-        if path.suffix == ".onnx" and find_spec("onnxruntime") is None:
+        if path.suffix != ".onnx":
+            raise DnnvssError("is no ONNX file", file=path, remedy=_REMEDY)
+        if find_spec("onnxruntime") is None:
             raise DnnvssError("running an ONNX file needs the package onnxruntime", file=path,
                               remedy='Run pip install -c constraints.txt -e ".[export]"')
-        text, forward = files.read(path, _onnx if path.suffix == ".onnx" else _program, _REMEDY)
+        text, forward = files.read(path, _onnx, _REMEDY)
         try:
             return cls(Description.from_json(text), forward)
         except DnnvssError as error:
@@ -86,6 +91,7 @@ class ExportedModel(VisualModel):
 def _onnx(path: Path) -> tuple[str, Forward]:
     import onnxruntime
 
+    check_graph(path)
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 3
     options.intra_op_num_threads = int(os.environ.get("OMP_NUM_THREADS", 0))  # which it does not heed by itself
@@ -96,17 +102,3 @@ def _onnx(path: Path) -> tuple[str, Forward]:
         return mean, variance
 
     return session.get_modelmeta().custom_metadata_map.get(KEY, ""), forward
-
-
-def _program(path: Path) -> tuple[str, Forward]:
-    import torch
-
-    extra = {KEY: ""}
-    module = torch.export.load(path, extra_files=extra).module()
-
-    @torch.inference_mode()
-    def forward(active: np.ndarray, numeric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        mean, variance = module(torch.from_numpy(active), torch.from_numpy(numeric))
-        return mean.numpy(), variance.numpy()
-
-    return extra[KEY], forward

@@ -96,9 +96,4 @@ def load_face(path: Path) -> Face:
     Raises:
         DnnvssError: the file is missing, damaged or of a kind that this version does not know.
     """
-    return face_kind(files.read(path, _kind, _REMEDY)).load(path)
-
-
-def _kind(path: Path) -> str:
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        return str(archive["kind"])
+    return face_kind(str(files.read_arrays(path, _REMEDY, names=("kind",))["kind"])).load(path)

@@ -5,6 +5,8 @@ it; what no other program would understand stays as it is in the run. ``python s
 neither Lightning nor hydra in the process.
 """
 
+import hashlib
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -13,6 +15,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.runs.files import RunFiles
 from dnnvss.settings import read_settings
 
+NETWORKS = ("model.onnx", "model.pt")
+"""The network in a bundle: as other programs read it, or the weights as they are in the run."""
 _REMEDY = "Export the run again: dnnvss export RUN"
 
 
@@ -24,11 +28,13 @@ class BundleIndex:
         network: the file of the network in the bundle; where the system is no network, what it learnt.
         run: the name of the run folder that it came from.
         dnnvss: the version that wrote it.
+        digests: name of each other file of the bundle to the SHA-256 of what it holds.
     """
 
     network: str
     run: str
     dnnvss: str
+    digests: Mapping[str, str]
 
     @classmethod
     def load(cls, folder: Path) -> "BundleIndex":
@@ -43,9 +49,38 @@ class BundleIndex:
         except DnnvssError as error:
             raise DnnvssError(error.problem, file=path, remedy=_REMEDY) from error
 
+    def check(self, folder: Path) -> Path:
+        """The file of the network, after every file was found to be what the bundle was written with.
+
+        A bundle holds the network as ONNX or as what the system learnt: tensors and plain containers.
+
+        Raises:
+            DnnvssError: a name that leads out of the folder or that no bundle has, a file that is missing or another,
+                or a network in a form that opening would run.
+        """
+        path = RunFiles(folder).index
+        if self.network not in NETWORKS:
+            raise DnnvssError(f"network={self.network} is none of {', '.join(NETWORKS)}", file=path, remedy=_REMEDY)
+        known = {self.network, *(each.name for each in RunFiles(folder).members)}
+        needed = {self.network, *(each.name for each in RunFiles(folder).needed)}
+        for name in sorted(needed | self.digests.keys()):
+            if name not in known or name not in self.digests:
+                raise DnnvssError(f"digests: {name!r} is {'missing' if name in known else 'no file of a bundle'}",
+                                  file=path, remedy=_REMEDY)
+            member = files.inside(folder, name)
+            if files.read(member, digest, _REMEDY) != self.digests[name]:
+                raise DnnvssError("is not the file that the bundle was written with", file=member, remedy=_REMEDY)
+        return folder / self.network
+
     def save(self, folder: Path) -> Path:
         """Write the index, which makes the folder a bundle, and return its path."""
         return files.write_json(RunFiles(folder).index, asdict(self))
+
+
+def digest(path: Path) -> str:
+    """The SHA-256 of what a file holds, in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def is_bundle(folder: Path) -> bool:

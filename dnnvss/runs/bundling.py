@@ -7,9 +7,10 @@ from dnnvss import __version__, files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import Description
 from dnnvss.export.graph import frame_streams, is_network
-from dnnvss.runs.bundle import BundleIndex, is_bundle
+from dnnvss.runs.bundle import NETWORKS, BundleIndex, digest, is_bundle
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.run import Run
+from dnnvss.staging import is_ours, sweep
 
 
 def export_run(run: Run, path: Path) -> Path:
@@ -29,12 +30,12 @@ def export_run(run: Run, path: Path) -> Path:
 
 
 def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
-    """Write a bundle of a run and return its folder; an older bundle there is replaced.
+    """Write a bundle of a run and return its folder; an older bundle there is replaced, whole or not at all.
 
     Args:
         run: any run. What a system that is no network learnt is kept as it is.
         folder: of the bundle.
-        network: the name of the file that a network is exported to.
+        network: ``model.onnx``, or ``model.pt`` for a network's weights as they are in the run.
 
     Raises:
         DnnvssError: as :func:`export_run`; the run is a bundle; or the folder holds something else.
@@ -42,23 +43,39 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
     if is_bundle(run.folder):
         raise DnnvssError("is a bundle already", file=run.folder, remedy="Copy it, or export the run that it came from")
     theirs = RunFiles(folder)
-    ours = {network, theirs.index.name, theirs.units.name, theirs.model.name, *(path.name for path in _kept(theirs))}
-    if folder.is_dir() and {p.name for p in folder.iterdir()} - ours and not is_bundle(folder):
-        raise DnnvssError("holds something that is not a bundle", file=folder, remedy="Choose another folder")
-    exports = is_network(run.model)
-    if exports:
-        export_run(run, folder / network)  # whole or not at all; what it refuses leaves the older bundle as it is
-    files.remove(theirs.index)
-    drawn = run.files.picture.is_file()  # a face without texture is drawn into nothing
-    kept = [path for path in _kept(run.files) if drawn or path != run.files.picture]
-    copied = [*kept, *([run.files.units] if "visemes" in run.task.table.sources else [])]
-    for path in copied if exports else [run.files.model, *copied]:
-        with files.replacing(folder / path.name) as temporary:
-            shutil.copyfile(path, temporary)
-    BundleIndex(network if exports else theirs.model.name, run.folder.name, __version__).save(folder)
+    _refuse_other(theirs)
+    exports = network != theirs.model.name and is_network(run.model)
+    name = network if exports else theirs.model.name
+    with files.together(theirs.index) as group:
+        if exports:
+            export_run(run, folder / name)
+        for path in _copied(run) if exports else [run.files.model, *_copied(run)]:
+            with files.replacing(folder / path.name) as temporary:
+                shutil.copyfile(path, temporary)
+        digests = {path.name: digest(part.file) for path, part in sorted(group.parts.items())}
+        for path in {*theirs.members, *(folder / other for other in NETWORKS)} - group.parts.keys():
+            group.leave_out(path)
+        BundleIndex(name, run.folder.name, __version__, digests).save(folder)
     return folder
 
 
-def _kept(places: RunFiles) -> tuple[Path, ...]:
-    """What every bundle takes from its run; an export that was killed may have left some of it."""
-    return places.config, places.face, places.picture, places.talker, places.durations, places.voice
+def _refuse_other(places: RunFiles) -> None:
+    """Refuse a folder that holds something that is no bundle; what a killed export left there is removed.
+
+    Raises:
+        DnnvssError: it does.
+    """
+    folder = places.folder
+    if not folder.is_dir() or is_bundle(folder):
+        return
+    sweep(folder)
+    ours = {places.index.name, *NETWORKS, *(path.name for path in places.members)}
+    if {path.name for path in folder.iterdir() if not is_ours(path.name)} - ours:
+        raise DnnvssError("holds something that is not a bundle", file=folder, remedy="Choose another folder")
+
+
+def _copied(run: Run) -> list[Path]:
+    """What a bundle takes from its run as it is; a face without texture is drawn into nothing."""
+    picture = [run.files.picture] if run.files.picture.is_file() else []
+    units = [run.files.units] if "visemes" in run.task.table.sources else []
+    return [*run.files.needed, *picture, *units]

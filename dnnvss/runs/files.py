@@ -124,6 +124,16 @@ class RunFiles:
         return self.folder / "videos" / f"{sentence}.mp4"
 
     @property
+    def needed(self) -> tuple[Path, ...]:
+        """What synthesis always needs, beside the model."""
+        return self.config, self.face, self.talker, self.durations, self.voice
+
+    @property
+    def members(self) -> tuple[Path, ...]:
+        """What synthesis may read, beside the model: the files that a bundle takes from its run."""
+        return *self.needed, self.picture, self.units
+
+    @property
     def finished(self) -> bool:
         """Whether the run has been evaluated."""
         return self.metrics.is_file()

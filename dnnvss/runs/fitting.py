@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import joblib
-
 from dnnvss import files
 from dnnvss.corpus import SPLITS, Corpus
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import FACE, EncodedCorpus, encode_corpus
+from dnnvss.processes import parallel
 from dnnvss.render.pictures import keep_ground
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.naming import check_begun, delete_run
@@ -97,7 +96,7 @@ def new_model(settings: RunSettings) -> VisualModel:
 def encode(settings: RunSettings, corpus: Corpus) -> EncodedCorpus:
     """The corpus as parameters of a face, which is fitted on the training split alone and kept for later runs."""
     ids = {name: [u.id for u in corpus.split(name, settings.split)] for name in SPLITS}
-    with joblib.parallel_config(backend="loky", n_jobs=settings.jobs):
+    with parallel(settings.jobs):
         return encode_corpus(corpus, ids, settings.face_settings, corpus.root / "face")
 
 

@@ -7,10 +7,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from dnnvss import __version__
+from dnnvss import __version__, files
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.export.description import SUFFIXES
 from dnnvss.face.base import Face
 from dnnvss.face.kinds import load_face
 from dnnvss.media import Sound
@@ -125,9 +124,12 @@ class Run:
             DnnvssError: the folder holds no finished run, its checkpoint is damaged, or it was trained with another
                 feature table than its configuration now builds.
         """
+        places = RunFiles(folder)
+        for path in (places.index, places.provenance, places.model, *places.members):
+            files.inside(folder, path.name)
         settings = RunSettings.load(folder)
-        kept = folder / BundleIndex.load(folder).network if is_bundle(folder) else RunFiles(folder).model
-        return cls(folder, settings, _exported(kept, settings) if kept.suffix in SUFFIXES else _trained(kept, settings))
+        kept = BundleIndex.load(folder).check(folder) if is_bundle(folder) else places.model
+        return cls(folder, settings, _exported(kept, settings) if kept.suffix == ".onnx" else _trained(kept, settings))
 
 
 def _exported(path: Path, settings: RunSettings) -> VisualModel:

@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import yaml
 from omegaconf import OmegaConf
 
 from dnnvss import __version__, files
@@ -76,8 +77,7 @@ class RunSettings(RunOptions):
             DnnvssError: the folder holds no run, or one whose settings mean nothing to this version.
         """
         path = RunFiles(folder).config
-        values = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p)),
-                            "Train a system first: python train.py")
+        values = files.read(path, _plain, "Train a system first: python train.py")
         _check_version(RunFiles(folder), values)
         try:
             return read_settings(cls, values, "")
@@ -128,6 +128,24 @@ class RunSettings(RunOptions):
     def model_name(self) -> str:
         """The name of the system."""
         return str(self.model["name"])
+
+
+def _plain(path: Path) -> Any:
+    """What a run's YAML says, as plain containers; nothing in it is looked up, imported or repeated.
+
+    Raises:
+        DnnvssError: it is larger than any run's, or holds an alias, by which a few lines grow without end.
+    """
+    text = files.read_text(path, _WRITTEN)
+    if len(text) > _LONGEST:
+        raise DnnvssError(f"has {len(text)} characters", file=path, remedy=_WRITTEN)
+    if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader)):
+        raise DnnvssError("holds an alias (*NAME)", file=path, remedy=_WRITTEN)
+    return OmegaConf.to_container(OmegaConf.create(text))
+
+
+_LONGEST = 2**20
+_WRITTEN = "Use the file that train.py wrote into the run folder"
 
 
 def _check_version(places: RunFiles, values: Any) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.doubts import doubts
 from dnnvss.face.aam.labelling.sheet import Sheet
@@ -53,7 +54,7 @@ class LabelDesk:
     def picture(self, image: str) -> Path:
         """The file of a picture that the sheet names."""
         sheet = self.sheet
-        return sheet.folder / sheet.label(image).image
+        return files.inside(sheet.folder, sheet.label(image).image)
 
     def store(self, image: str, value: Any) -> dict[str, str]:
         """Write the points that the page sent for a picture, and return its name.

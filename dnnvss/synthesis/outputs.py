@@ -29,7 +29,9 @@ def write_spoken(spoken: Spoken, out: Path, about: Mapping[str, Any] = MappingPr
                  progress: Callable[[Iterator[np.ndarray]], Iterator[np.ndarray]] = iter) -> list[Path]:
     """Write the video and all that belongs to it; return the paths, the video first.
 
-    The video comes first, and nothing that goes wrong with what lies beside it costs the rest.
+    All of them come to be at the end, so that a video that cannot be finished leaves the older files as they were, and
+    two programs that write to one name end with the files of one. Nothing that goes wrong with what lies beside the
+    video costs the rest; the older file of that name is then gone too.
 
     Args:
         spoken: what is written.
@@ -41,17 +43,21 @@ def write_spoken(spoken: Spoken, out: Path, about: Mapping[str, Any] = MappingPr
     Raises:
         DnnvssError: the video cannot be written; or something beside it, after all else was.
     """
+    trajectory, textgrid, plot, page = beside(out)
     sound, times, wav = spoken.plan.sound, spoken.plan.alignment, out.with_suffix(SOUND)
     heard = (sound.samples, sound.rate) if sound else ()
-    write_video(out, progress(spoken.frames()), spoken.stage.clock.rate, *heard)
-    trajectory, textgrid, plot, page = beside(out)
     steps: dict[Path, Callable[[], Any]] = {
         trajectory: lambda: write_trajectory(trajectory, spoken), textgrid: lambda: write_alignment(textgrid, times),
         page: lambda: files.write_json(page, json.loads(json.dumps(report(spoken, **about), default=str)))}
     if sound and (keep is None or wav.resolve() != keep.resolve()):
         steps[wav] = lambda: write_wav(wav, sound.samples, sound.rate)
     steps[plot] = lambda: draw(plot, spoken)  # last: it loads matplotlib
-    failures = [error for path, step in steps.items() if (error := _tried(path, step))]
+    with files.together(page) as group:
+        write_video(out, progress(spoken.frames()), spoken.stage.clock.rate, *heard)
+        failed = {path: error for path, step in steps.items() if (error := _tried(path, step))}
+        for path in failed:
+            group.leave_out(path)
+    failures = list(failed.values())
     if failures:
         first = failures[0]
         remedy = f"{first.remedy or 'Try again'}; the video {out} is whole"

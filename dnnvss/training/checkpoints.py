@@ -17,7 +17,7 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
         DnnvssError: the file is missing, cut short, or holds anything but tensors and plain containers.
     """
     remedy = "Delete it and run the same train.py command again"
-    state = files.read(path, lambda p: torch.load(p, map_location="cpu", weights_only=True), remedy)
+    state = files.read(path, lambda p: _load(p, remedy), remedy)
     if not isinstance(state, dict):
         raise DnnvssError("is not a checkpoint of this package", file=path, remedy=remedy)
     return state
@@ -29,3 +29,15 @@ def save_checkpoint(path: Path, state: dict[str, Any]) -> None:
     torch.save(state, whole)  # in memory: torch's own writer does not say that a disk is full
     with files.replacing(path) as temporary:
         temporary.write_bytes(whole.getbuffer())
+
+
+def _load(path: Path, remedy: str) -> Any:
+    """What a file of torch's holds, if it is an archive of tensors and opens to what it is.
+
+    Older formats of torch's tell sizes that nothing checks.
+    """
+    with path.open("rb") as file:
+        if file.read(4) != b"PK\x03\x04":
+            raise DnnvssError("is not a checkpoint of this package", file=path, remedy=remedy)
+        files.check_sizes(file, path, remedy, times=1)
+    return torch.load(path, map_location="cpu", weights_only=True)

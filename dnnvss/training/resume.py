@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from dnnvss.errors import DnnvssError
+from dnnvss.staging import sweep
 from dnnvss.training.checkpoints import load_checkpoint
 from dnnvss.training.devices import process_number
 
@@ -35,8 +36,7 @@ def resume_point(checkpoints: Path) -> Start:
         DnnvssError: there is a checkpoint and none is whole.
     """
     if process_number() == 0:
-        for part in checkpoints.glob(".*.part*"):  # what a killed fit was writing
-            part.unlink(missing_ok=True)
+        sweep(checkpoints)  # what a killed fit was writing
     found = [path for name in ("last.ckpt", "best.ckpt") if (path := checkpoints / name).exists()]
     problem: DnnvssError | None = None
     for path in found:

@@ -110,7 +110,7 @@ def test_ctrl_c_leaves_whole_files_and_the_next_run_resumes(shop):
 
 def test_sweep_removes_what_killed_workers_left(shop):
     (shop.out / "audio").mkdir()
-    (shop.out / "audio" / ".a.x1.part.wav").write_text("half")
+    (shop.out / "audio" / ".a.k3_x81bq.part.wav").write_text("half")
     (shop.out / "audio" / "a.wav").write_text("whole")
     shop.sweep()
     assert [p.name for p in (shop.out / "audio").iterdir()] == ["a.wav"]

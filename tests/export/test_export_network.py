@@ -1,8 +1,10 @@
 """Exported networks say what the trained ones say, carry what their numbers mean, and refuse what is no network."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -51,7 +53,21 @@ def exported(model: VisualModel, path: Path) -> ExportedModel:
         pytest.importorskip("onnxscript", reason="the extra `export` is not installed")
         pytest.importorskip("onnxruntime", reason="the extra `export` is not installed")
     streams = frame_streams(model)
-    return ExportedModel.open(write_network(path, streams, described(model, streams)))
+    write_network(path, streams, described(model, streams))
+    return ExportedModel.open(path) if path.suffix == ".onnx" else program(path)
+
+
+def program(path: Path) -> ExportedModel:
+    """What another program makes of a ``.pt2`` that it trusts."""
+    extra = {KEY: ""}
+    module = torch.export.load(path, extra_files=extra).module()
+
+    def forward(active: np.ndarray, numeric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        with torch.inference_mode():
+            mean, variance = module(torch.from_numpy(active), torch.from_numpy(numeric))
+        return mean.numpy(), variance.numpy()
+
+    return ExportedModel(Description.from_json(extra[KEY]), forward)
 
 
 def agree(ours: Prediction, theirs: Prediction) -> None:
@@ -134,13 +150,47 @@ def test_what_is_no_network_is_refused(tmp_path: Path) -> None:
 
 
 def test_damaged_files_and_other_tables_are_named(tmp_path: Path) -> None:
-    path = tmp_path / "model.pt2"
+    path = tmp_path / "model.onnx"
     exported(trained(1, False), path)
     path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(DnnvssError, match=r"model.pt2: cannot be read"):
+    with pytest.raises(DnnvssError, match=r"model.onnx: is no ONNX file, or was cut short"):
         ExportedModel.open(path)
+    with pytest.raises(DnnvssError, match=r"model.pt2: is no ONNX file"):
+        ExportedModel.open(tmp_path / "model.pt2")
     with pytest.raises(DnnvssError, match="no such file"):
         ExportedModel.open(tmp_path / "nothing.onnx")
     for text in ("", "{}", '{"version": 99}'):
         with pytest.raises(DnnvssError, match="Export the run again"):
             Description.from_json(text)
+
+
+def test_an_onnx_file_that_does_more_than_a_network_is_not_opened(tmp_path: Path) -> None:
+    onnx = pytest.importorskip("onnx")
+    exported(trained(1, False), tmp_path / "fine.onnx")
+
+    def refused(change: Callable[[Any], None], what: str) -> None:
+        model = onnx.load(tmp_path / "fine.onnx")
+        change(model)
+        (tmp_path / "odd.onnx").write_bytes(model.SerializeToString())
+        with pytest.raises(DnnvssError, match=f"odd.onnx: holds {what}"):
+            ExportedModel.open(tmp_path / "odd.onnx")
+
+    def outside(model: Any) -> None:
+        tensor = model.graph.initializer[0]
+        tensor.ClearField("raw_data")
+        tensor.data_location = onnx.TensorProto.EXTERNAL
+        tensor.external_data.add(key="location", value="/etc/passwd")
+
+    def loop(model: Any) -> None:
+        body = onnx.helper.make_graph([], "body", [], [])
+        model.graph.node.add(op_type="Loop").attribute.append(onnx.helper.make_attribute("body", body))
+
+    def hidden(model: Any) -> None:
+        body = onnx.helper.make_graph([], "body", [], [])
+        model.graph.node[0].attribute.append(onnx.helper.make_attribute("body", body))
+
+    refused(outside, "numbers in another file")
+    refused(loop, "the operation 'Loop'")
+    refused(hidden, "a graph inside its graph")
+    refused(lambda m: m.graph.node.add(op_type="Add", domain="evil"), "operations of 'evil'")
+    refused(lambda m: m.functions.add(name="f", domain="d"), "functions")

@@ -201,7 +201,7 @@ def test_labels_name_files_of_their_folder_alone(tmp_path: Path, name: str, fiel
     value = files.read_json(tmp_path / "labels.json")
     value["labels"][0][field] = name
     files.write_json(tmp_path / "labels.json", value)
-    with pytest.raises(DnnvssError, match=r"labels\.json: names .* which is no file of its folder"):
+    with pytest.raises(DnnvssError, match=r"labels\.json: .* leads out of the folder"):
         Sheet.open(tmp_path)
 
 

@@ -100,7 +100,7 @@ def test_what_a_voice_lacks_is_named(tmp_path: Path) -> None:
 
 
 def test_a_bundle_says_what_it_must(tmp_path: Path) -> None:
-    index = BundleIndex("model.onnx", "a", "0.2.0")
+    index = BundleIndex("model.onnx", "a", "0.2.0", {"model.onnx": "0" * 64})
     index.save(tmp_path)
     assert BundleIndex.load(tmp_path) == index
     files.write_json(RunFiles(tmp_path).index, {"network": "model.onnx", "run": 3, "dnnvss": "0.2.0"})

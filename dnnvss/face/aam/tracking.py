@@ -18,7 +18,7 @@ import numpy as np
 from tqdm import tqdm
 
 from dnnvss import files
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.aam.labelling.sheet import Sheet
 from dnnvss.face.aam.search import track
 from dnnvss.face.aam.search.bootstrap import Frames, Labelled, gather, retrain
@@ -27,6 +27,7 @@ from dnnvss.face.aam.search.model import SearchModel, SearchSettings
 from dnnvss.face.aam.search.track import FLAGS, Track
 from dnnvss.media import video_frames
 from dnnvss.media.folders import find_videos
+from dnnvss.processes import parallel
 
 _MEMORY = 2**29
 """Bytes of pictures that a worker holds; longer videos are tracked in pieces."""
@@ -151,9 +152,10 @@ def _track_all(job: Job, path: Path, title: str) -> None:
     """Track every video, as it now is, that the model in a file has not tracked yet."""
     key = _key(path)
     left = [v for v in job.videos if not _done(job.target(v), key, v)]
-    work = joblib.Parallel(n_jobs=job.jobs, return_as="generator_unordered")
-    with tqdm(total=len(job.videos), initial=len(job.videos) - len(left), desc=title, unit="video") as bar:
-        for error in work(joblib.delayed(_track_one)(path, key, v, job.target(v)) for v in left):
+    calls = [joblib.delayed(_track_one)(path, key, v, job.target(v)) for v in left]
+    with (parallel(job.jobs),
+          tqdm(total=len(job.videos), initial=len(job.videos) - len(left), desc=title, unit="video") as bar):
+        for error in joblib.Parallel(return_as="generator_unordered")(calls):
             bar.update(1)
             if error is not None:
                 bar.write(f"left out: {error}")
@@ -181,6 +183,8 @@ def _track_one(path: Path, key: str, video: Path, target: Path) -> DnnvssError |
     seen = _key(video)
     try:
         found = track_video(_opened(path, key), video)
+    except ShortageError:
+        raise  # it says nothing about the video
     except DnnvssError as error:
         files.remove(target)
         return error

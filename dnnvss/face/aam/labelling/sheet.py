@@ -16,6 +16,7 @@ from dnnvss.formats.landmarks import read_pts, write_pts
 NAME = "labels.json"
 FAR = 1e6
 """Pixels beyond which a point is a mistake of whoever wrote it."""
+PICTURES = (".png", ".jpg", ".jpeg")
 _REMEDY = "Choose frames first: dnnvss label choose VIDEOS --out FOLDER"
 _LABEL = "Label it on the page (dnnvss label page FOLDER), or take it out of labels.json"
 
@@ -81,9 +82,12 @@ class Sheet:
         if not groups or not labels or len(set(names)) < len(names):
             raise DnnvssError(f"names {len(groups)} groups and {len(names)} pictures, {len(set(names))} different ones",
                               file=folder / NAME, remedy=_REMEDY)
-        for name in (*names, *(label.points for label in labels)):
-            if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or "\\" in name or not name:
-                raise DnnvssError(f"names {name!r}, which is no file of its folder", file=folder / NAME, remedy=_REMEDY)
+        for name in (*names, *(label.points for label in labels), *(label.video for label in labels)):
+            files.check_name(name, folder / NAME)
+        for label in labels:
+            if not label.points.endswith(".pts") or PurePosixPath(label.image).suffix.lower() not in PICTURES:
+                raise DnnvssError(f"a label is a picture and a .pts file, not {label.image!r} and {label.points!r}",
+                                  file=folder / NAME, remedy=_REMEDY)
         return cls(folder, groups, labels, frozenset(map(str, value.get("done", ()))), str(value.get("scheme", "")),
                    str(value.get("videos", "")))
 
@@ -112,7 +116,7 @@ class Sheet:
         Raises:
             DnnvssError: the file is missing, or holds another number of points, or one that is not finite.
         """
-        path = self.folder / label.points
+        path = files.inside(self.folder, label.points)
         return self.checked(files.read(path, read_pts, _LABEL).astype(float), path)
 
     def checked(self, points: np.ndarray, path: Path) -> np.ndarray:
@@ -143,7 +147,8 @@ class Sheet:
             DnnvssError: an unknown picture, or wrong points.
         """
         label = self.label(image)
-        write_pts(self.folder / label.points, self.checked(points, self.folder / label.points))
+        path = files.inside(self.folder, label.points)
+        write_pts(path, self.checked(points, path))
         if (image in self.done) == done:
             return self
         return replace(self, done=self.done | {image} if done else self.done - {image}).save()
@@ -154,7 +159,7 @@ class Sheet:
         Raises:
             DnnvssError: it is missing or no picture.
         """
-        path = self.folder / label.image
+        path = files.inside(self.folder, label.image)
         image = files.read(path, lambda p: cv2.imread(str(p)), "Choose the frames again")
         if image is None:
             raise DnnvssError("is no picture", file=path, remedy="Choose the frames again")

@@ -17,7 +17,7 @@ import joblib
 import numpy as np
 from sklearn.cluster import KMeans
 
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.pca import components
 from dnnvss.media.reading import video_frames, video_info
 from dnnvss.robust import robust_limit
@@ -125,6 +125,8 @@ def farthest(features: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
 def _sketch_or_error(path: Path) -> _Sketch | DnnvssError:
     try:
         return _sketch(path)
+    except ShortageError:
+        raise  # it says nothing about the video
     except DnnvssError as error:
         return error
 
