@@ -14,8 +14,9 @@ class PointsSettings:
 
     Args:
         points: which landmarks are modelled, and which are stable.
-        modes: how many principal components, the share of variance to keep if it is below 1, or ``raw``: the points
-            themselves.
+        modes: ``raw`` (the points themselves), or how many principal components, or the share of variance to keep if it
+            is below 1. On GRID lips follow phones equally well either way (docs/results.md); nothing is left out of
+            the points themselves, and each has a name.
         pose_smoothing: time constant in seconds over which head pose is smoothed; 0 leaves it as tracked.
         clip_means: remove each clip's mean shape before the modes are learnt.
         outlier: robust standard deviations beyond which a frame is left out.
@@ -25,7 +26,7 @@ class PointsSettings:
     face: ClassVar[str] = "points"
 
     points: PointSet = field(default_factory=PointSet)
-    modes: float | Literal["raw"] = setting(12, above=0, doc="number, share of variance below 1, or raw")
+    modes: float | Literal["raw"] = setting("raw", above=0, doc="raw, number, or share of variance below 1")
     pose_smoothing: float = setting(0.12, least=0, doc="seconds")
     clip_means: bool = setting(True, doc="remove each clip's mean shape")
     outlier: float = setting(10.0, above=0, doc="robust standard deviations")
