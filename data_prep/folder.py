@@ -4,7 +4,8 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_prep.pipeline import Recipe, Source, own_lexicon, prepare
+from data_prep.pipeline import prepare
+from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss import files

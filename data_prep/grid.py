@@ -7,7 +7,8 @@ recognition", J. Acoust. Soc. Am. 120(5), 2006.
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_prep.pipeline import Recipe, Source, own_lexicon, prepare
+from data_prep.pipeline import prepare
+from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo

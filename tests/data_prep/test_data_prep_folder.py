@@ -14,7 +14,7 @@ import pytest
 
 from data_prep.demo import prepare_demo
 from data_prep.folder import _landmarks, prepare_folder
-from data_prep.pipeline import own_lexicon
+from data_prep.recipe import own_lexicon
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError

@@ -120,7 +120,7 @@ def test_some_recordings_may_have_video(demo: Corpus, raw: Path, tmp_path: Path)
                     16000)
     (raw / "notes.csv").write_text("a,b\n1,2\n")
     lines = (raw / "demo_003.csv").read_text().splitlines()
-    lines[5] = ",".join([*lines[5].split(",")[:5], *(["900.0"] * 164)])
+    lines[5] = ",".join([*lines[5].split(",")[:5], *(f"{900 + i % 9}.0" for i in range(164))])
     (raw / "demo_003.csv").write_text("\n".join(lines))
     corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
     filmed = {name: u.video is not None for name, u in corpus.utterances.items()}
