@@ -97,9 +97,9 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     for name, system in null_systems(task.table, task.clock).items():
         system.fit(examples["train"], examples["val"], folder)
         predicted[name] = _generated(Generator(task, system, generator.talker), test, PLAIN)
-    references = {e.id: e.targets[:, 0] for e in test if e.targets is not None}
+    references = {e.id: e.measured[0][:, 0] for e in test}
     masks = {"speech": {e.id: speech_frames(e.alignment, task.clock) for e in test},
-             "valid": {e.id: e.valid for e in test if e.valid is not None}}
+             "valid": {e.id: e.measured[1] for e in test}}
     outputs = {"predicted": predicted["model"], "reference": references, **masks,
                **{f"predicted_{name}": predicted[_row(name)] for name in styles},
                **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others or {}}}
@@ -124,9 +124,9 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
 
 def make_bench(task: Task, test: list[Example], face: Face) -> Bench:
     """Return what the harness measures test examples against."""
-    sentences = [Sentence(e.id, e.targets[:, 0].astype(float), e.alignment["phones"],
-                          speech_frames(e.alignment, task.clock), e.valid)
-                 for e in test if e.targets is not None and e.valid is not None]
+    sentences = [Sentence(e.id, targets[:, 0].astype(float), e.alignment["phones"],
+                          speech_frames(e.alignment, task.clock), valid)
+                 for e, (targets, valid) in ((e, e.measured) for e in test)]
     return Bench(tuple(sentences), task.clock, face)
 
 

@@ -67,13 +67,8 @@ class PointSet:
                 plain[key] = {group: choice for group, choice in plain[key].items() if choice is not None}
         return read_settings(cls, plain, where)
 
-    @classmethod
-    def from_dict(cls, value: Mapping[str, Any], where: str = "aam.points") -> "PointSet":
-        """The set that plain containers (YAML) describe; see :meth:`from_setting`."""
-        return cls.from_setting(value, where)
-
     def to_dict(self) -> dict[str, Any]:
-        """Return plain containers, the inverse of :meth:`from_dict`; ``sizes`` has done its work and is left out."""
+        """Return plain containers, the inverse of :meth:`from_setting`; ``sizes`` has done its work and is left out."""
         lists = {key: {g: c if isinstance(c, str) else list(c) for g, c in getattr(self, key).items()}
                  for key in ("points", "stable")}
         return {"name": self.name, **lists, "lips_outer": self.lips_outer, "lips_inner": self.lips_inner,

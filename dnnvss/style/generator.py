@@ -64,7 +64,7 @@ def learn_talker(task: Task, model: VisualModel, examples: Mapping[str, list[Exa
                  face: Face) -> Talker:
     """What the training utterances show of the talker, and how much less the model moves on the validation ones."""
     def measured(split: str) -> tuple[list[np.ndarray], list[Tier]]:
-        known = [(e.targets[:, 0], e.alignment["phones"]) for e in examples[split] if e.targets is not None]
+        known = [(e.measured[0][:, 0], e.alignment["phones"]) for e in examples[split]]
         return [x for x, _ in known], [tier for _, tier in known]
 
     talker = Talker.of(*measured("train"), task.clock, face)

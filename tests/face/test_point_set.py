@@ -68,7 +68,7 @@ def test_each_labelling_scheme_has_settings_that_fit_it_and_others_refuse_it() -
 ])
 def test_point_sets_that_do_not_fit_say_so(change: dict, message: str) -> None:
     with pytest.raises(DnnvssError, match=message):
-        PointSet.from_dict(change).layout(GRID)
+        PointSet.from_setting(change, "aam.points").layout(GRID)
 
 
 @pytest.mark.parametrize("change", [{"kind": "both"}, {"modes": 0}, {"pose_smoothing": -1.0}, {"outlier": float("nan")},

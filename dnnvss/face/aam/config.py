@@ -67,18 +67,13 @@ class AAMConfig:
             raise DnnvssError("aam.parts has two parts of one name", remedy="Name each part once")
 
     @classmethod
-    def from_setting(cls, value: Any, where: str) -> "AAMConfig":
-        """The settings that a group of settings holds; see :meth:`from_dict`."""
-        return read_settings(cls, value, where)
-
-    @classmethod
     def from_dict(cls, value: Mapping[str, Any]) -> "AAMConfig":
         """The settings that plain containers (YAML) describe; what is absent keeps its default.
 
         Raises:
             DnnvssError: an unknown key or a value out of range.
         """
-        return cls.from_setting(value, "aam")
+        return read_settings(cls, value, "aam")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain containers, the inverse of :meth:`from_dict`.

@@ -43,10 +43,7 @@ class PointsSettings:
         Raises:
             DnnvssError: an unknown name or a value out of range.
         """
-        plain = dict(value)
-        if isinstance(plain.get("points"), Mapping):
-            plain["points"] = PointSet.from_dict(plain["points"], "face.points")
-        return read_settings(cls, plain, "face")
+        return read_settings(cls, value, "face")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain containers, the inverse of :meth:`from_dict`."""
