@@ -17,6 +17,7 @@ from tqdm import tqdm
 from data_prep.grid import SOUND_DELAY, words_of
 from data_prep.media import laid, sound_start
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.media import SPEECH_RATE, read_audio, video_info, write_wav
 
 RATE = 25
@@ -44,7 +45,7 @@ def write_clip(raw: Path, video: Path, out: Path) -> None:
     """Write landmarks, words, and the sound on the time of the pictures."""
     name = video.stem
     landmarks = raw / "landmarks" / f"{name}.npz"
-    count = len(files.read_arrays(landmarks)["points"])
+    count = len(read_arrays(landmarks)["points"])
     with files.replacing(out / landmarks.name) as temporary:
         shutil.copyfile(landmarks, temporary)
     files.write_text(out / f"{name}.txt", " ".join(words_of(name) or ()) + "\n")

@@ -14,6 +14,7 @@ import numpy as np
 from data_prep import sync
 from data_prep.stages import FOLDER, Workshop
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.runs.files import RunFiles
 
@@ -31,7 +32,7 @@ def main() -> None:
     kept = sorted((arguments.corpus / FOLDER / "sync").glob("*.json"), key=lambda p: p.stat().st_mtime)
     taken = files.read_json(kept[-1], "Prepare the corpus with corpus.importer.sync=true")["late"]
     first = _first_halves(corpus)
-    arrays = {name: files.read_arrays(RunFiles(arguments.run).prediction(name))
+    arrays = {name: read_arrays(RunFiles(arguments.run).prediction(name))
               for name in ("predicted", "reference", "speech")}
     rate = 100.0
     scores: dict[str, list[float]] = {"as distributed": [], "by the first half": [], "by the whole clip": []}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import Landmarks, read_landmarks, read_npz, read_pts_sequence, write_npz
@@ -30,7 +30,7 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
         DnnvssError: landmarks that cannot be read, of another number of frames, without a valid frame, NaN where
             they are marked as valid, or in most frames outside the picture.
     """
-    found = _lengthened(read_all(landmarks, scale, dimensions), frames, landmarks[0])
+    found = _lengthened(read_all(landmarks, scale, dimensions, frames), frames, landmarks[0])
     file = landmarks[0] if len(landmarks) == 1 else landmarks[0].parent
     count = len(found.points)
     if count != frames:
@@ -67,13 +67,14 @@ def _lengthened(found: Landmarks, frames: int, file: Path) -> Landmarks:
     return Landmarks(points, np.concatenate([found.valid, np.zeros(lacking, bool)]))
 
 
-def read_all(landmarks: tuple[Path, ...], scale: float, dimensions: int) -> Landmarks:
+def read_all(landmarks: tuple[Path, ...], scale: float, dimensions: int, frames: int | None = None) -> Landmarks:
     """The landmarks of a recording in pixels (millimetres).
 
     Args:
         landmarks: one file, one folder of ``.pts``, or the ``.pts`` files.
         scale: what stored coordinates are divided by.
         dimensions: coordinates of a point.
+        frames: of the video, where it is known.
 
     Raises:
         DnnvssError: they cannot be read.
@@ -81,7 +82,7 @@ def read_all(landmarks: tuple[Path, ...], scale: float, dimensions: int) -> Land
     if len(landmarks) > 1:
         found = read_pts_sequence(landmarks, landmarks[0].parent)
     elif landmarks[0].suffix.lower() == ".npz":
-        return read_npz(landmarks[0], scale, dimensions)
+        return read_npz(landmarks[0], scale, dimensions, frames)
     else:
         found = read_landmarks(landmarks[0], dimensions)
     return Landmarks(found.points / np.float32(scale), found.valid, found.times)
@@ -96,7 +97,7 @@ def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:
         marks: what :func:`read_raw` wrote.
         bad: a character for each frame, ``1`` where it is not to be trusted.
     """
-    arrays = files.read_arrays(marks, "Prepare the corpus again")
+    arrays = read_arrays(marks, "Prepare the corpus again")
     valid = arrays["valid"] & (np.frombuffer(bad.encode(), np.uint8) == ord("0"))
     clean = Landmarks(fill_invalid(arrays["points"], valid), valid)
     path = write_npz(out / "landmarks" / f"{name}.npz", clean)

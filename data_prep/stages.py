@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from data_prep.workers import workers
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.shortages import shortage_of
 from dnnvss.staging import sweep_tree
@@ -69,7 +70,7 @@ class Workshop:
             DnnvssError: somebody removed or damaged them.
         """
         path = self.out / FOLDER / stage / f"{name}.npz"
-        return files.read_arrays(path, f"Delete {path.parent} and run the same command again: it makes them anew")
+        return read_arrays(path, f"Delete {path.parent} and run the same command again: it makes them anew")
 
     def sweep(self) -> None:
         """Remove the temporary files of workers that were killed, if that can be done: it comes after everything."""

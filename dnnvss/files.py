@@ -3,15 +3,13 @@
 import codecs
 import errno
 import json
-import math
 import os
 import re
 import tempfile
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -271,58 +269,3 @@ def _encoding(data: bytes) -> str:
 def read_json(path: str | Path, remedy: str = "Write the file again") -> Any:
     """Return the value in a JSON file."""
     return read(path, lambda p: json.loads(read_text(p, remedy)), remedy)
-
-
-def read_arrays(path: str | Path, remedy: str = "Write the file again", names: Sequence[str] = ()
-                ) -> dict[str, np.ndarray]:
-    """Return the arrays of an ``.npz`` file by name, or some of them; pickled objects are refused.
-
-    Raises:
-        DnnvssError: the file is missing or damaged, holds objects, or opens to far more than what it is.
-    """
-
-    def load(p: Path) -> dict[str, np.ndarray]:
-        with p.open("rb") as file:  # numpy leaves a broken file open
-            check_sizes(file, p, remedy)
-            with np.load(file, allow_pickle=False) as archive:
-                return {name: archive[name] for name in names or archive.files}
-
-    return read(path, load, remedy)
-
-
-_FREELY, _TIMES = 2**28, 100
-"""Bytes that an archive may always open to, and how many times its own size beyond them."""
-
-
-def check_sizes(file: BinaryIO, path: Path, remedy: str, times: int = _TIMES) -> None:
-    """Refuse an archive that opens to far more than what it is, and arrays that claim more than their member holds.
-
-    Args:
-        file: opened; it is left at its start.
-        path, remedy: for the message.
-        times: its own size that it may open to; with 1, members are as long as they are in the file.
-
-    Raises:
-        DnnvssError: it does.
-    """
-    size = file.seek(0, os.SEEK_END)
-    file.seek(0)
-    with zipfile.ZipFile(file) as archive:
-        whole = sum(member.file_size for member in archive.infolist())
-        if whole > max(_FREELY if times > 1 else 0, times * size):
-            raise DnnvssError(f"its {size} bytes open to {whole}", file=path, remedy=remedy)
-        for member in archive.infolist():
-            if member.filename.endswith(".npy"):
-                _check_array(archive, member, path, remedy)
-    file.seek(0)
-
-
-def _check_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, path: Path, remedy: str) -> None:
-    with archive.open(member) as stream:
-        version = np.lib.format.read_magic(stream)
-        header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, dtype = header(stream)
-    claimed = math.prod(shape) * dtype.itemsize
-    if claimed > member.file_size and not dtype.hasobject:  # which numpy refuses with better words
-        raise DnnvssError(f"{member.filename} claims {claimed} bytes and holds {member.file_size}", file=path,
-                          remedy=remedy)

@@ -13,6 +13,7 @@ from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
+from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import begin, encode, gather, keep, new_model
 from dnnvss.runs.naming import run_folder
@@ -69,5 +70,6 @@ def train(config: DictConfig) -> float:
 def _told(places: RunFiles) -> float:
     """Print what a finished run was worth and return its headline."""
     print(f"{places.folder} is finished; overwrite=true trains it anew\n")
-    print(places.page.read_text(encoding="utf-8"))
-    return float(files.read_json(places.metrics)["headline"])
+    remedy = "Train the run anew: overwrite=true"
+    print(files.read_text(places.page, remedy))
+    return read_value(places.metrics, "headline", float, remedy)

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import combinations
 from pathlib import Path
@@ -12,12 +12,19 @@ from typing import Any
 import numpy as np
 
 from dnnvss import files
-from dnnvss.corpus.utterance import Utterance
+from dnnvss.archives import Held, read_declared
+from dnnvss.corpus.utterance import Utterance, read_utterances
 from dnnvss.errors import DnnvssError
 from dnnvss.media import SPEECH_RATE, Sound, read_audio
+from dnnvss.records import read_record
+from dnnvss.settings import setting
+from dnnvss.timing import FrameClock
 
 SPLITS = ("train", "val", "test")
 """Splits of a corpus, and of each variant of it (``unseen_train``, ...)."""
+_MOST = 100_000  # pixels of a side, points of a frame
+_POINTS = 1000  # of a frame, more than any markup has
+_SPARE = 1_000_000  # bytes of headers and of what older corpora keep beside the landmarks
 
 
 def split_files(folder: Path) -> dict[str, list[str]]:
@@ -77,16 +84,29 @@ class CorpusInfo:
     name: str
     size: tuple[int, int]
     rate: str
-    landmark_groups: dict[str, tuple[int, int]] = field(default_factory=dict)
-    variant: str = "en_us"
+    landmark_groups: Mapping[str, tuple[int, int]] = setting({}, least=0, most=_MOST)
+    variant: str = setting("en_us", choices=("en_us", "en_gb"))
     credit: str = ""
-    dimensions: int = 2
-    unit: str = "px"
+    dimensions: int = setting(2, choices=(2, 3))
+    unit: str = setting("px", choices=("px", "mm"))
 
     def to_json(self) -> dict[str, Any]:
         """Plain containers; what later versions added is left out where it is as it always was."""
         added = {"dimensions": 2, "unit": "px"}
         return {name: value for name, value in asdict(self).items() if value != added.get(name)}
+
+    def check(self, file: Path, remedy: str) -> None:
+        """Refuse a rate or a size that is none and a group without points.
+
+        Raises:
+            DnnvssError: names the file that says so.
+        """
+        FrameClock.from_setting(self.rate, f"{file}: rate")
+        if not 0 <= min(self.size) <= max(self.size) <= _MOST:
+            raise DnnvssError(f"size is {list(self.size)}", file=file, remedy=remedy)
+        for name, (first, end) in self.landmark_groups.items():
+            if first >= end:
+                raise DnnvssError(f"the group {name} runs from {first} to {end}", file=file, remedy=remedy)
 
 
 @dataclass(frozen=True)
@@ -106,19 +126,9 @@ class Corpus:
         """
         root = Path(root)
         remedy = "Prepare the corpus first: python -m data_prep corpus=NAME"
-        info = files.read_json(root / "corpus.json", remedy)
-        info["size"] = tuple(info["size"])
-        info["landmark_groups"] = {name: (a, b) for name, (a, b) in info["landmark_groups"].items()}
-        rows = files.read(
-            root / "utterances.jsonl",
-            lambda path: [Utterance.from_json(json.loads(x)) for x in path.read_text("utf-8").split("\n") if x],
-            remedy,
-        )
-        for u in rows:
-            for name in (u.id, u.video, u.audio, u.landmarks):
-                if name is not None:
-                    files.check_name(name, root)
-        return cls(root, CorpusInfo(**info), {u.id: u for u in rows})
+        info = read_record(CorpusInfo, root / "corpus.json", remedy)
+        info.check(root / "corpus.json", remedy)
+        return cls(root, info, read_utterances(root / "utterances.jsonl", remedy))
 
     @staticmethod
     def write(root: Path, info: CorpusInfo, utterances: Iterable[Utterance], splits: dict[str, list[str]]) -> None:
@@ -142,7 +152,7 @@ class Corpus:
         Raises:
             DnnvssError: there is no such split, none of its utterances was kept, or the variant's splits share some.
         """
-        file = self.root / "splits" / (f"{variant}_{name}.txt" if variant else f"{name}.txt")
+        file = files.inside(self.root / "splits", f"{variant}_{name}.txt" if variant else f"{name}.txt")
         splits = split_files(file.parent)
         if file.stem not in splits:
             raise DnnvssError("no such file", file=file, remedy=f"Choose one of the splits {sorted(splits)}")
@@ -159,15 +169,19 @@ class Corpus:
         Raises:
             DnnvssError: the utterance has no such file, or one that leads out of the corpus.
         """
-        relative = getattr(utterance, kind)
-        if relative is None or not (self.root / relative).is_file():
-            file = self.root / (relative or "corpus.json")
-            raise DnnvssError(f"has no {kind}", utterance=utterance.id, file=file, remedy="Prepare the corpus again")
-        return files.inside(self.root, relative)
+        relative, remedy = getattr(utterance, kind), "Prepare the corpus again"
+        file = files.inside(self.root, relative or "corpus.json")
+        if relative is None or not file.is_file():
+            raise DnnvssError(f"has no {kind}", utterance=utterance.id, file=file, remedy=remedy)
+        return file
 
     def landmarks(self, utterance: Utterance) -> tuple[np.ndarray, np.ndarray]:
         """Points (F, P, 2 or 3) float32 in the corpus's unit and valid (F,); the others are interpolated."""
-        arrays = files.read_arrays(self.path(utterance, "landmarks"), "Prepare the corpus again")
+        file, count = self.path(utterance, "landmarks"), self.info.dimensions
+        points = 2 * max((end for _, end in self.info.landmark_groups.values()), default=0)
+        most = _SPARE + 8 * utterance.frames * count * max(points, _POINTS)
+        declared = {"points": Held(("F", "P", count), "f", finite=False), "valid": Held(("F",), "b")}
+        arrays = read_declared(file, declared, "Prepare the corpus again", most=most)
         return arrays["points"], arrays["valid"]
 
     def sound(self, utterance: Utterance) -> Sound:

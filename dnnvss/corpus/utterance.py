@@ -1,10 +1,18 @@
 """One recorded sentence: what was said, when, and where its media are."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.settings import read_settings, setting
 from dnnvss.timing import Alignment, FrameClock
+
+_MOST = 100_000_000  # frames of a recording
 
 
 @dataclass(frozen=True)
@@ -52,6 +60,53 @@ class Utterance:
         }
 
     @classmethod
-    def from_json(cls, value: dict[str, Any]) -> "Utterance":
-        """Return the utterance that :meth:`to_json` described."""
-        return cls(**{**value, "rate": Fraction(value["rate"]), "alignment": Alignment.from_json(value["alignment"])})
+    def from_json(cls, value: Any) -> "Utterance":
+        """The utterance that :meth:`to_json` described.
+
+        Raises:
+            DnnvssError: names, types or values that no utterance has; its id and its files are names inside the corpus.
+        """
+        line = read_settings(_Line, value, "")
+        media = (line.video, line.audio, line.landmarks)
+        for name in (line.id, *(name for name in media if name is not None)):
+            files.check_name(name, Path("utterances.jsonl"))
+        if "/" in line.id:
+            raise DnnvssError(f"the id {line.id!r} is no name of a file")
+        clock, alignment = FrameClock.from_setting(line.rate, "rate"), Alignment.from_json(line.alignment)
+        return cls(line.id, line.text, alignment, *media, clock.rate, line.frames, line.digest)
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A line of ``utterances.jsonl``."""
+
+    id: str
+    text: str
+    alignment: Mapping[str, Any]
+    video: str | None
+    audio: str | None
+    landmarks: str | None
+    rate: str
+    frames: int = setting(least=0, most=_MOST)
+    digest: str = ""
+
+
+def read_utterances(path: Path, remedy: str) -> dict[str, Utterance]:
+    """The utterances of a file of lines that :meth:`Utterance.to_json` described, by id.
+
+    Raises:
+        DnnvssError: the file cannot be read, or a line is no utterance, or one that was there before; names the line.
+    """
+    found: dict[str, Utterance] = {}
+    for number, line in enumerate(files.read_text(path, remedy).split("\n"), start=1):
+        if not line.strip():
+            continue
+        try:
+            utterance = Utterance.from_json(json.loads(line))
+            if utterance.id in found:
+                raise DnnvssError(f"utterance {utterance.id} is there twice")
+        except (DnnvssError, ValueError, RecursionError) as error:
+            problem = error.problem if isinstance(error, DnnvssError) else f"is no JSON ({error})"
+            raise DnnvssError(f"line {number}: {problem}", file=path, remedy=remedy) from error
+        found[utterance.id] = utterance
+    return found

@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Pair, PairFunction, Sentence
 from dnnvss.evaluation.comparison import Comparison, Predictions, compare
@@ -67,7 +68,7 @@ class GaugeFace:
     @classmethod
     def load(cls, path: Path) -> Self:
         """The face that :meth:`save` wrote."""
-        arrays = files.read_arrays(path)
+        arrays = read_arrays(path)
         return cls(tuple(map(str, arrays["names"])), arrays["deviations"], str(arrays["unit"]))
 
 

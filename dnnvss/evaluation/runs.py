@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dnnvss import files
+from dnnvss.archives import Held, check_arrays, read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
@@ -18,7 +18,9 @@ from dnnvss.runs.settings import RunSettings
 from dnnvss.timing import FrameClock
 
 Arrays = dict[str, np.ndarray]
-_KINDS = ("predicted", "reference", "speech", "valid")
+_SENTENCE = {"reference": Held(("T", "D")), "predicted": Held(("T", "D")), "speech": Held(("T",), "bui"),
+             "valid": Held(("T",), "bui")}
+_KINDS = tuple(_SENTENCE)
 
 
 @dataclass(frozen=True)
@@ -57,9 +59,25 @@ def read_run(folder: str | Path) -> RunData:
     """
     places = RunFiles(Path(folder))
     remedy = "Name the folder of a finished run: python train.py writes one"
-    arrays = {kind: files.read_arrays(places.prediction(kind), remedy) for kind in _KINDS}
-    styled = {name: files.read_arrays(path, remedy) for name, path in places.styled().items()}
+    arrays = {kind: read_arrays(places.prediction(kind), remedy) for kind in _KINDS}
+    _check_sentences(arrays, places, remedy)
+    styled = {name: read_arrays(path, remedy) for name, path in places.styled().items()}
+    for name, path in places.styled().items():
+        _check_sentences({**arrays, "predicted": styled[name]}, places, remedy, path)
     return RunData(places.folder, RunSettings.load(places.folder), arrays, styled)
+
+
+def _check_sentences(arrays: Mapping[str, Arrays], places: RunFiles, remedy: str, file: Path | None = None) -> None:
+    """Refuse predictions of other sentences, lengths or coefficients than those of the references."""
+    references = arrays["reference"]
+    if not references:
+        raise DnnvssError("holds no sentence", file=places.prediction("reference"), remedy=remedy)
+    width = next(iter(references.values())).shape[-1:]
+    for i, reference in references.items():
+        letters = dict(zip(("D", "T"), (*width, *reference.shape[:1]), strict=False))
+        for kind, held in _SENTENCE.items():
+            path = file if file and kind == "predicted" else places.prediction(kind)
+            check_arrays(arrays[kind], {i: held}, path, remedy, letters)
 
 
 def by_face(runs: Mapping[str, RunData]) -> dict[str, dict[str, RunData]]:
@@ -136,7 +154,7 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
 def _same_corpus(run: RunData) -> Corpus:
     """Return the corpus of a run, whose phones are only right while it is the one that the run was tested on."""
     corpus = Corpus.open(run.corpus)
-    trained_on = files.read_json(RunFiles(run.folder).provenance).get("corpus")
+    trained_on = RunFiles(run.folder).written().corpus
     if trained_on != corpus.fingerprint:
         raise DnnvssError(f"was trained on the corpus {trained_on}, and {corpus.root} now holds {corpus.fingerprint}",
                           file=run.folder, remedy="Prepare that corpus again, or train the run anew")

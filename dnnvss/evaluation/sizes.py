@@ -7,6 +7,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
 
@@ -45,8 +46,9 @@ def write_sizes(folders: Sequence[Path], settings: Sequence[RunSettings], out: P
         if size in found:
             raise DnnvssError(f"two runs have {size[0]} layers of {size[1]} units", file=folder,
                               remedy="Let nothing but the size differ")
-        speech = files.read_json(RunFiles(folder).metrics)["systems"]["model"]["regions"]["speech"]
-        found[size] = {name: speech[name]["mean"] for name in MEASURES}
+        place, remedy = "systems.model.regions.speech", "Train the run anew: python train.py overwrite=true"
+        found[size] = {name: read_value(RunFiles(folder).metrics, f"{place}.{name}.mean", float, remedy)
+                       for name in MEASURES}
     layers, widths = (sorted({size[axis] for size in found}) for axis in (0, 1))
     grids = {title: np.array([[found.get((n, w), {}).get(name, np.nan) for w in widths] for n in layers], float)
              for name, title in MEASURES.items()}

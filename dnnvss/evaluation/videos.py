@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import resample
 from dnnvss.evaluation import Report
@@ -106,7 +106,7 @@ def _truth(spoken: Spoken, corpus: Corpus, utterance: Utterance) -> tuple[str, I
     run, pictures = spoken.run, spoken.stage.pictures
     if isinstance(run.face, Textured):
         return RECORDED, _recorded(corpus, utterance, pictures.size)
-    measured = files.read_arrays(run.files.prediction("reference"))[utterance.id]
+    measured = read_arrays(run.files.prediction("reference"))[utterance.id]
     return "measured", pictures.frames(resample(measured, spoken.clock, utterance.clock))
 
 

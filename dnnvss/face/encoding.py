@@ -16,7 +16,9 @@ from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Code, Face
 from dnnvss.face.clips import Clip, UnusableClipError, corpus_clips
-from dnnvss.face.kinds import FaceKind, FaceSettings, face_kind
+from dnnvss.face.kinds import FACES, FaceKind, FaceSettings, face_kind
+from dnnvss.records import as_record
+from dnnvss.settings import setting
 from dnnvss.timing import fill_invalid
 
 FACE, CODES, REPORT = "face.npz", "codes", "report.json"
@@ -49,9 +51,12 @@ class EncodedCorpus:
         Raises:
             DnnvssError: it was not finished, or its report is damaged.
         """
-        report = files.read_json(folder / REPORT, f"Delete {folder} and run the command again")
+        path, remedy = folder / REPORT, f"Delete {folder} and run the command again"
+        report = files.read_json(path, remedy)
+        names = ("face", "dropped")
+        kept = as_record(_Kept, {n: report.get(n) for n in names} if isinstance(report, dict) else 0, path, remedy)
         ids = {name: tuple(split) for name, split in (splits or {}).items()}
-        return cls(folder, folder.name, report["face"], ids, report["dropped"])
+        return cls(folder, folder.name, kept.face, ids, dict(kept.dropped))
 
     @cached_property
     def face(self) -> Face:
@@ -86,6 +91,14 @@ class EncodedCorpus:
         code = self.clip(utterance)
         points = face_kind(self.kind).stabilise(self.face, corpus.landmarks(record)[0], code)
         return fill_invalid(points, code.valid)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """What every report of an encoding says."""
+
+    face: str = setting(choices=FACES)
+    dropped: Mapping[str, str]
 
 
 def encode_corpus(

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from dnnvss import files
+from dnnvss.archives import Held, read_declared
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Code, Face
@@ -96,4 +96,4 @@ def load_face(path: Path) -> Face:
     Raises:
         DnnvssError: the file is missing, damaged or of a kind that this version does not know.
     """
-    return face_kind(str(files.read_arrays(path, _REMEDY, names=("kind",))["kind"])).load(path)
+    return face_kind(str(read_declared(path, {"kind": Held((), "U")}, _REMEDY)["kind"])).load(path)

@@ -1,7 +1,7 @@
 """The codes of a whole corpus: joined, kept on disk, opened without reading."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,21 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features.codes import FrameCodes
 from dnnvss.features.sources import array_fields
 from dnnvss.features.table import FeatureTable
+from dnnvss.records import read_record
 
 _INDEX = "codes.json"
 _REMEDY = "Remove the folder and encode the corpus again"
+
+
+@dataclass(frozen=True)
+class _Index:
+    """What lies in the folder of a store."""
+
+    rate: str
+    ids: tuple[str, ...]
+    table: Mapping[str, Any]
+    rows: Mapping[str, int]
+    keys: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -50,11 +62,11 @@ class CodeStore(FrameCodes):
         shared = [name for name in parts[0].sources if all(name in part.sources for part in parts)]
         declared = array_fields(shared, table.settings)
         first = {"frame": _starts([len(p) for p in parts])}
-        for name, field in declared.items():
-            if field.axis not in first:
-                first[field.axis] = _starts([len(p.arrays[name]) for p in parts])
-        arrays = {name: _joined([p.arrays[name] for p in parts], first.get(field.points_to))
-                  for name, field in declared.items()}
+        for name, own in declared.items():
+            if own.axis not in first:
+                first[own.axis] = _starts([len(p.arrays[name]) for p in parts])
+        arrays = {name: _joined([p.arrays[name] for p in parts], first.get(own.points_to))
+                  for name, own in declared.items()}
         return cls(table, arrays, rate, keys, ids=ids)
 
     def save(self, folder: str | Path) -> Path:
@@ -81,17 +93,16 @@ class CodeStore(FrameCodes):
             DnnvssError: the folder holds no whole store, or not what the table asks for.
         """
         folder = Path(folder)
-        index = files.read_json(folder / _INDEX, "Encode the corpus first")
+        index = read_record(_Index, folder / _INDEX, "Encode the corpus first")
         arrays = {}
-        for name, rows in index["rows"].items():
-            path = folder / f"{name}.npy"
+        for name, rows in index.rows.items():
+            path = files.inside(folder, f"{name}.npy")
             arrays[name] = files.read(path, lambda p: np.load(p, mmap_mode="r", allow_pickle=False), _REMEDY)
             if len(arrays[name]) != rows:
                 raise DnnvssError(f"has {len(arrays[name])} rows, not {rows}", file=path, remedy=_REMEDY)
         # A plain view of the map: the subclass np.memmap makes each small index slower.
         arrays = {name: np.asarray(a) for name, a in arrays.items()}
-        store = cls(FeatureTable.from_description(index["table"]), arrays, index["rate"], index.get("keys", {}),
-                    ids=tuple(index["ids"]))
+        store = cls(FeatureTable.from_description(index.table), arrays, index.rate, dict(index.keys), ids=index.ids)
         return store if table is None else store.with_table(table)
 
 

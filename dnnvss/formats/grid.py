@@ -5,6 +5,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import word_tier
+from dnnvss.formats.numbers import number
 from dnnvss.timing import Segment, Tier
 
 UNIT = 25_000
@@ -26,16 +27,17 @@ def read_grid_align(path: str | Path, unit: float = UNIT) -> Tier:
     path = Path(path)
     segments = list[Segment]()
     lines = files.read_text(path, _REMEDY).splitlines()
-    for number, line in enumerate(lines, start=1):
+    for place, line in enumerate(lines, start=1):
         if not line.strip():
             continue
         fields = line.split()
         try:
-            segment = Segment(float(fields[0]) / unit, float(fields[1]) / unit, " ".join([fields[2], *fields[3:]]))
+            start, end = (number(field) / unit for field in fields[:2])
+            segment = Segment(start, end, " ".join([fields[2], *fields[3:]]))
             Tier("words", [*segments[-1:], segment])
         except (ValueError, IndexError, DnnvssError) as error:
             why = error.problem if isinstance(error, DnnvssError) else f"{line.strip()!r} is not START END WORD"
-            raise DnnvssError(f"line {number}: {why}", file=path, remedy=_REMEDY) from error
+            raise DnnvssError(f"line {place}: {why}", file=path, remedy=_REMEDY) from error
         segments.append(segment)
     if not segments:
         raise DnnvssError("holds no word", file=path, remedy=_REMEDY)

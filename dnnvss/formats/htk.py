@@ -6,6 +6,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import phone_of, phone_tier, word_of
+from dnnvss.formats.numbers import number, whole
 from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
 
@@ -45,21 +46,21 @@ def read_mlf(path: str | Path) -> dict[str, Alignment]:
         raise DnnvssError("line 1 is not #!MLF!#", file=path, remedy="Give a master label file, or name it .lab")
     found: dict[str, Alignment] = {}
     name, rows = "", list[tuple[int, str]]()
-    for number, line in enumerate([*lines[1:], ""], start=2):
+    for place, line in enumerate([*lines[1:], ""], start=2):
         match = re.fullmatch(r'\s*"(.*)"\s*', line)
-        if (name or rows) and (match or number > len(lines)):
-            raise DnnvssError(f"line {number - 1}: utterance {name!r} has no end", file=path, utterance=name or None,
+        if (name or rows) and (match or place > len(lines)):
+            raise DnnvssError(f"line {place - 1}: utterance {name!r} has no end", file=path, utterance=name or None,
                               remedy="End each utterance with a line of one dot, or get the whole file again")
         if match:
             name, rows = re.sub(r"\.\w+$", "", match.group(1).split("/")[-1]), []
         elif line.strip() == ".":
             if name in found or not name:
-                raise DnnvssError(f"line {number}: utterance {name!r} ends here but is "
+                raise DnnvssError(f"line {place}: utterance {name!r} ends here but is "
                                   f"{'there twice' if name else 'without a name'}", file=path, remedy=_REMEDY)
             found[name] = _parse(path, rows, name)
             name, rows = "", []
         elif line.strip():
-            rows.append((number, line))
+            rows.append((place, line))
     return found
 
 
@@ -90,23 +91,23 @@ def _lines(alignment: Alignment) -> list[str]:
 
 def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = None) -> Alignment:
     segments, words = list[Segment](), list[tuple[float, str]]()
-    table = [(number, line, line.split()) for number, line in lines if line.strip()]
+    table = [(place, line, line.split()) for place, line in lines if line.strip()]
     column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
-    for number, line, fields in table:
+    for place, line, fields in table:
         try:
-            start, end = (float(x) if "." in x else int(x) / UNIT for x in fields[:2])
+            start, end = (_seconds(x) for x in fields[:2])
             segment = Tier("phones", [(start, end, fields[2])])[0]
             phone_of(segment.label)
         except (ValueError, IndexError) as error:
-            raise DnnvssError(f"line {number}: {line.strip()!r} is not START END PHONE", file=path, utterance=utterance,
+            raise DnnvssError(f"line {place}: {line.strip()!r} is not START END PHONE", file=path, utterance=utterance,
                               remedy=_REMEDY) from error
         except DnnvssError as error:
-            raise DnnvssError(f"line {number}: {error.problem}", file=path, utterance=utterance,
+            raise DnnvssError(f"line {place}: {error.problem}", file=path, utterance=utterance,
                               remedy=error.remedy) from error
         if segments and abs(segment.start - segments[-1].end) > 1e-4:
             kind = "gap" if segment.start > segments[-1].end else "overlap"
             size = abs(segment.start - segments[-1].end)
-            raise DnnvssError(f"line {number}: {kind} of {size:.4f} s before {fields[2]!r}", file=path,
+            raise DnnvssError(f"line {place}: {kind} of {size:.4f} s before {fields[2]!r}", file=path,
                               utterance=utterance, remedy="Make the lines meet; write silence as a line of its own")
         segments.append(segment)
         if len(fields) > column:
@@ -117,6 +118,11 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     if words:
         tiers.append(_words(words, tiers[0]))
     return Alignment(tiers)
+
+
+def _seconds(text: str) -> float:
+    """A time: units of 100 ns, or seconds where it has a decimal point."""
+    return number(text) if "." in text else whole(text) / UNIT
 
 
 def _words(begins: list[tuple[float, str]], phones: Tier) -> Tier:

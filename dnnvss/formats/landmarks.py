@@ -5,15 +5,21 @@ difference is the same for every point of a corpus, so the appearance model does
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError
-from dnnvss.formats.openface import Landmarks, read_openface
+from dnnvss.formats.numbers import number
+from dnnvss.formats.openface import Landmarks, most_frames, read_openface
+from dnnvss.records import read_record
+from dnnvss.settings import setting
+from dnnvss.timing import FrameClock
 
 LAYOUT_68 = {
     "face_oval": (0, 17), "right_brow": (17, 22), "left_brow": (22, 27), "nose_bridge": (27, 31), "nose_base": (31, 36),
@@ -22,10 +28,12 @@ LAYOUT_68 = {
 """Groups of the 68-point markup of iBUG 300-W, which OpenFace and dlib follow."""
 
 _PTS = "Write the file as: version: 1, n_points: N, {, N lines of X Y, }"
+_DIGITS = 16  # of a frame number, at which it is none
 _SEQUENCE = "Name the files ID_000001.pts and so on, one a frame"
 _MARKS = 'Write {"groups": {"lips_outer": [48, 60], ...}, "scale": 1, "rate": 25, "size": [640, 480]} there'
 _NPZ = ("Save an array points (frames, points, 2) in pixels, or (frames, points, 3), and, where known, valid (frames,) "
         "and times (frames,) in seconds")
+_POINTS, _SPARE = 1000, 1_000_000  # more points than any markup has, and bytes of headers and the like
 _DIMENSIONS = "Set corpus.importer.dim=2 for points in the picture, dim=3 for points in space"
 
 
@@ -66,7 +74,7 @@ def read_pts(path: str | Path) -> np.ndarray:
     text = files.read_text(path, _PTS)
     rows = []
     inside, announced = False, None
-    for number, line in enumerate(text.splitlines(), start=1):
+    for place, line in enumerate(text.splitlines(), start=1):
         body = line.strip()
         if body == "{":
             inside = True
@@ -74,15 +82,20 @@ def read_pts(path: str | Path) -> np.ndarray:
             break
         elif inside and body and not body.startswith("#"):
             try:
-                x, y = (float(v) for v in body.split())
+                x, y = (_coordinate(v) for v in body.split())
             except ValueError as error:
-                raise DnnvssError(f"line {number}: {body!r} is not X Y", file=path, remedy=_PTS) from error
+                raise DnnvssError(f"line {place}: {body[:80]!r} is not X Y", file=path, remedy=_PTS) from error
             rows.append((x, y))
-        elif match := re.fullmatch(r"n_points:\s*(\d+)", body):
+        elif match := re.fullmatch(r"n_points:\s*(\d{1,9})", body, re.ASCII):
             announced = int(match.group(1))
     if not rows or (announced is not None and announced != len(rows)):
         raise DnnvssError(f"holds {len(rows)} points, its header says {announced}", file=path, remedy=_PTS)
     return np.array(rows, np.float32)
+
+
+def _coordinate(text: str) -> float:
+    """A coordinate; ``nan`` where a tracker found no point."""
+    return np.nan if text.lower() == "nan" else number(text)
 
 
 def write_pts(path: str | Path, points: np.ndarray) -> Path:
@@ -103,10 +116,12 @@ def read_pts_sequence(paths: Iterable[Path], source: Path) -> Landmarks:
     numbered: dict[int, Path] = {}
     several = sorted(paths)
     for path in several:
-        found = re.findall(r"\d+", path.stem)
+        found = re.findall(r"[0-9]+", path.stem)
         if not found and len(several) > 1:
             raise DnnvssError("its name holds no frame number", file=path, remedy=_SEQUENCE)
-        frame = int(found[-1]) if found else 0
+        frame = int(found[-1]) if found and len(found[-1]) < _DIGITS else 0
+        if found and len(found[-1]) >= _DIGITS:
+            raise DnnvssError(f"its frame number has {len(found[-1])} digits", file=path, remedy=_SEQUENCE)
         if frame in numbered:
             raise DnnvssError(f"is frame {frame}, as {numbered[frame].name} is", file=path, remedy=_SEQUENCE)
         numbered[frame] = path
@@ -114,6 +129,9 @@ def read_pts_sequence(paths: Iterable[Path], source: Path) -> Landmarks:
         raise DnnvssError("holds no .pts file", file=source, remedy=_SEQUENCE)
     shapes = {frame: read_pts(path) for frame, path in numbered.items()}
     first, last, count = min(shapes), max(shapes), len(shapes[min(shapes)])
+    if last - first >= most_frames(len(shapes), count, 2):
+        raise DnnvssError(f"is frame {last}, and there are {len(shapes)} files from frame {first}", file=numbered[last],
+                          remedy=_SEQUENCE)
     points = np.full((last - first + 1, count, 2), np.nan, np.float32)
     for frame, shape in shapes.items():
         if len(shape) != count:
@@ -146,38 +164,40 @@ def read_marks(path: str | Path) -> Marks:
         DnnvssError: unreadable, of another shape, or a scale, rate or size that is not above 0.
     """
 
-    def marks(p: Path) -> Marks:
-        value = files.read_json(p, _MARKS)
-        size = value.get("size")
-        return Marks({g: (int(a), int(b)) for g, (a, b) in value.get("groups", {}).items()},
-                     float(value.get("scale", 1.0)), None if value.get("rate") is None else str(value["rate"]),
-                     None if size is None else (int(size[0]), int(size[1])))
-
-    found = files.read(path, marks, _MARKS)
+    found = read_record(_Marks, path, _MARKS)
     for name, (first, end) in found.groups.items():
         if not 0 <= first < end:
             raise DnnvssError(f"the group {name} runs from {first} to {end}", file=path,
                               remedy="Give the first of its points, counted from 0, and the one after its last")
-    if not 0 < found.scale < np.inf:
-        raise DnnvssError(f"scale is {found.scale}", file=path,
-                          remedy="Give what the points are divided by, 1 for pixels")
-    if found.size is not None and min(found.size) <= 0:
-        raise DnnvssError(f"size is {list(found.size)}", file=path, remedy="Give width and height in pixels")
-    return found
+    if found.rate is not None:
+        FrameClock.from_setting(found.rate, f"{path}: rate")
+    return Marks(dict(found.groups), found.scale, None if found.rate is None else str(found.rate), found.size)
 
 
-def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2) -> Landmarks:
+@dataclass(frozen=True)
+class _Marks:
+    """What a ``landmarks.json`` may hold."""
+
+    groups: Mapping[str, tuple[int, int]] = setting({}, most=100_000)
+    scale: float = setting(1.0, above=0)
+    rate: int | float | str | None = None
+    size: tuple[int, int] | None = setting(None, above=0, most=100_000)
+
+
+def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2, frames: int | None = None) -> Landmarks:
     """The landmarks in an npz file with ``points`` (F, P, 2 or 3) and, where known, ``valid`` and ``times`` (F,).
 
     Args:
         path: the file.
         scale: what the stored numbers are to be divided by to give pixels (millimetres).
         dimensions: how many coordinates a point must have.
+        frames: of the video, where that is known: the file is then opened only if it holds no more than they need.
 
     Raises:
-        DnnvssError: unreadable, or arrays of other names or shapes.
+        DnnvssError: unreadable, arrays of other names or shapes, or far more than the video has frames.
     """
-    arrays = files.read_arrays(path, _NPZ)
+    most = None if frames is None else _SPARE + 8 * _POINTS * dimensions * (frames + 1)
+    arrays = read_arrays(path, _NPZ, most, ("points", "valid", "times"))
     points = arrays.get("points")
     if points is not None and points.dtype.kind not in "fiu":
         raise DnnvssError(f"its points are {points.dtype}, not numbers", file=path, remedy=_NPZ)
@@ -188,12 +208,15 @@ def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2) -> Landm
         raise DnnvssError(f"its points have {points.shape[2]} coordinates, and {dimensions} are looked for: it is not "
                           f"points (frames, points, {dimensions})", file=path, remedy=_DIMENSIONS)
     scaled = np.asarray(points / scale, np.float32)
-    valid = np.asarray(arrays.get("valid", np.isfinite(scaled).all(axis=(1, 2))), bool)
+    valid = arrays.get("valid", np.isfinite(scaled).all(axis=(1, 2)))
     times = arrays.get("times")
+    for name, rows in (("valid", valid), ("times", times)):
+        if rows is not None and rows.dtype.kind not in "fiub":
+            raise DnnvssError(f"its {name} are {rows.dtype}, not numbers", file=path, remedy=_NPZ)
     for name, rows in (("valid", valid), ("times", times)):
         if rows is not None and rows.shape != (len(scaled),):
             raise DnnvssError(f"{name} has the shape {rows.shape}, points {scaled.shape}", file=path, remedy=_NPZ)
-    return Landmarks(scaled, valid, None if times is None else np.asarray(times, float))
+    return Landmarks(scaled, valid.astype(bool), None if times is None else times.astype(float))
 
 
 def write_npz(path: str | Path, landmarks: Landmarks) -> Path:

@@ -10,6 +10,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.numbers import number as parsed
 
 _CSV = ("Give the CSV that OpenFace's FeatureExtraction writes, with columns frame, success, x_0 ... y_67 "
         "(X_0 ... Z_67 for points in space)")
@@ -17,8 +18,15 @@ _AXES = {2: ("x", "y"), 3: ("X", "Y", "Z")}
 """Names of the columns before the underscore: in pixels of the picture, in millimetres before the camera."""
 _NO_NUMBER = re.compile(r"[+-]?(nan(\(.*\))?|1\.?#\w+|inf(inity)?)?", re.IGNORECASE)
 """What C libraries write for a value that is no number: nan, -nan(ind), 1.#QNAN, nothing."""
-_FAR = 1000
-"""Frames without a row that a file may have for each row; beyond, a frame number is a mistake."""
+_FEW, _GAPS = 64_000_000, 20
+
+
+def most_frames(rows: int, points: int, dimensions: int) -> int:
+    """The frames that a file with so many rows may tell of; beyond, a frame number is a mistake.
+
+    There may be twenty frames for each row, or as many as 64 MB of points hold.
+    """
+    return max(_FEW // (4 * points * dimensions), _GAPS * rows)
 
 
 @dataclass(frozen=True)
@@ -68,7 +76,7 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     column = {name: table[:, i] for i, name in enumerate(wanted)}
     kept = _one_face(column)
     numbers = np.array([number for number, _ in lines[1:]])[kept]
-    frame = _frames(path, column["frame"][kept], numbers)
+    frame = _frames(path, column["frame"][kept], numbers, most_frames(len(numbers), count, dimensions))
     points = np.full((frame.max() + 1, count, dimensions), np.nan, np.float32)
     points[frame] = table[kept, -len(coordinates):].reshape(-1, count, dimensions)
     valid = np.zeros(len(points), bool)
@@ -111,9 +119,9 @@ def _value(path: Path, number: int, name: str, text: str) -> float:
     if _NO_NUMBER.fullmatch(text) and name != "frame":
         return np.nan
     try:
-        return float(text)
+        return parsed(text)
     except ValueError as error:
-        raise DnnvssError(f"line {number}: {name} is {text!r}, which is not a number", file=path,
+        raise DnnvssError(f"line {number}: {name} is {text[:80]!r}, which is not a number", file=path,
                           remedy=_CSV) from error
 
 
@@ -127,11 +135,10 @@ def _one_face(column: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.asarray(column["face_id"] == best)
 
 
-def _frames(path: Path, counted: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+def _frames(path: Path, counted: np.ndarray, numbers: np.ndarray, most: int) -> np.ndarray:
     """The frames (N,), from 0, of rows that the file counts from 1 or 0; ``numbers`` (N,) are their lines."""
     first = 0 if (counted == 0).any() else 1
-    beyond = _FAR * (len(counted) + 1)
-    wrong = ~((counted >= first) & (counted <= beyond) & (counted == np.round(counted)))
+    wrong = ~((counted >= first) & (counted <= most) & (counted == np.round(counted)))
     if wrong.any():
         at = int(np.flatnonzero(wrong)[0])
         raise DnnvssError(f"line {numbers[at]}: frame is {counted[at]:g}, which is not the number of a frame",

@@ -7,6 +7,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import word_tier
+from dnnvss.formats.numbers import number
 from dnnvss.timing import Alignment, Segment, Tier
 from dnnvss.timing.tiers import TOLERANCE
 
@@ -33,18 +34,18 @@ def read_words_csv(path: str | Path) -> Tier:
     if not rows or [name.strip().lower() for name in rows[0]] != ["start", "end", "word"]:
         raise DnnvssError("line 1 is not start,end,word", file=path, remedy=remedy)
     segments: list[Segment] = []
-    for number, row in enumerate(rows[1:], start=2):
+    for place, row in enumerate(rows[1:], start=2):
         if not row:
             continue
         try:
             start, end, word = row
-            segment = Tier("words", [(float(start), float(end), word.strip())])[0]
+            segment = Tier("words", [(number(start), number(end), word.strip())])[0]
         except (ValueError, DnnvssError) as error:
             why = error.problem if isinstance(error, DnnvssError) else f"{','.join(row)!r} is not START,END,WORD"
-            raise DnnvssError(f"line {number}: {why}", file=path, remedy=remedy) from error
+            raise DnnvssError(f"line {place}: {why}", file=path, remedy=remedy) from error
         at = segments[-1].end if segments else 0.0
         if segment.start < at - TOLERANCE:
-            raise DnnvssError(f"line {number}: {word!r} starts at {segment.start:.4f} s, before {at:.4f} s", file=path,
+            raise DnnvssError(f"line {place}: {word!r} starts at {segment.start:.4f} s, before {at:.4f} s", file=path,
                               remedy=remedy)
         if segment.start > at + TOLERANCE:
             segments.append(Segment(at, segment.start, ""))

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from dnnvss import files, robust
+from dnnvss.archives import Held, read_declared
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
@@ -17,6 +18,8 @@ from dnnvss.media import read_video
 
 _FINALISTS = 12
 """Candidates whose pictures are read and compared for sharpness."""
+_ARRAYS = {"image": Held(("H", "W", 3), "u"), "points": Held(("P", 2)), "pose": Held((4,)),
+           "shape_offset": Held(("P", 2)), "texture_offset": Held(("N", 3)), "source": Held((), "U")}
 _FIELDS = ("image", "points", "pose", "shape_offset", "texture_offset")
 
 
@@ -50,11 +53,9 @@ class Neutral:
         Raises:
             DnnvssError: the file is missing or damaged.
         """
-        def reader(p: Path) -> "Neutral":
-            arrays = files.read_arrays(p)
-            return cls(**{f: arrays[f] for f in _FIELDS}, source=str(arrays["source"]))  # type: ignore[arg-type]
-
-        return files.read(path, reader, "Train again, or choose another run")
+        arrays = read_declared(path, _ARRAYS, "Train again, or choose another run")
+        image, points, pose, *offsets = (arrays[name] for name in _FIELDS)
+        return cls(image, points, pose, offsets[0], offsets[1], str(arrays["source"]))
 
 
 @dataclass(frozen=True)

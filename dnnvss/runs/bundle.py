@@ -12,8 +12,8 @@ from pathlib import Path
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
-from dnnvss.settings import read_settings
 
 NETWORKS = ("model.onnx", "model.pt")
 """The network in a bundle: as other programs read it, or the weights as they are in the run."""
@@ -43,11 +43,7 @@ class BundleIndex:
         Raises:
             DnnvssError: it is damaged or says less than it must.
         """
-        path = RunFiles(folder).index
-        try:
-            return read_settings(cls, files.read_json(path, _REMEDY), "")
-        except DnnvssError as error:
-            raise DnnvssError(error.problem, file=path, remedy=_REMEDY) from error
+        return read_record(cls, RunFiles(folder).index, _REMEDY)
 
     def check(self, folder: Path) -> Path:
         """The file of the network, after every file was found to be what the bundle was written with.

@@ -1,7 +1,27 @@
 """Where everything lies in a run folder, and in a bundle, which has the same names for what both have."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from dnnvss.records import read_record
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What ``run.json`` says.
+
+    Args:
+        dnnvss, python, packages: versions of what the run was begun with.
+        corpus: the fingerprint of what it is trained on.
+        precision: the number format.
+    """
+
+    dnnvss: str = ""
+    python: str = ""
+    packages: Mapping[str, str] = field(default_factory=dict)
+    corpus: str = ""
+    precision: str = ""
 
 
 @dataclass(frozen=True)
@@ -25,6 +45,14 @@ class RunFiles:
     def provenance(self) -> Path:
         """Versions, the fingerprint of the corpus and the number format; the first sign of a run."""
         return self.folder / "run.json"
+
+    def written(self) -> "Provenance":
+        """What :attr:`provenance` says.
+
+        Raises:
+            DnnvssError: it is missing or damaged.
+        """
+        return read_record(Provenance, self.provenance, "Delete the folder, or train the run anew with overwrite=true")
 
     @property
     def model(self) -> Path:

@@ -1,7 +1,7 @@
 """A run is made in steps: begun, the face encoded, examples gathered, the system fitted and kept."""
 
 import shutil
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
@@ -76,7 +76,7 @@ def begin(folder: Path, settings: RunSettings, corpus: Corpus, first: bool = Tru
     folder.mkdir(parents=True, exist_ok=True)
     if first:
         settings.write(folder)
-        files.write_json(places.provenance, provenance(settings, corpus.fingerprint))
+        files.write_json(places.provenance, asdict(provenance(settings, corpus.fingerprint)))
     return False
 
 

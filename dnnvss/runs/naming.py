@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from dnnvss import __version__, files
+from dnnvss import __version__
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
@@ -65,7 +65,7 @@ def check_begun(folder: Path, settings: RunSettings, fingerprint: str) -> None:
     places = RunFiles(folder)
     if not places.config.is_file() or not places.provenance.is_file():
         return
-    corpus = str(files.read_json(places.provenance, "Delete the folder").get("corpus"))
+    corpus = places.written().corpus
     pairs = ((RunSettings.load(folder), corpus), (settings, fingerprint))
     before, now = (_flat(what_counts(s, f)) for s, f in pairs)
     changed = [f"{key} ({before.get(key)}, now {now.get(key)})" for key in sorted({*before, *now})

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 from dnnvss import __version__, files
 from dnnvss.corpus import Corpus, Utterance
@@ -15,7 +14,7 @@ from dnnvss.face.kinds import load_face
 from dnnvss.media import Sound
 from dnnvss.render.pictures import Pictures, open_pictures
 from dnnvss.runs.bundle import BundleIndex, is_bundle
-from dnnvss.runs.files import RunFiles
+from dnnvss.runs.files import Provenance, RunFiles
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
@@ -32,11 +31,11 @@ from dnnvss.visemes import TIER
 _PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocketsphinx")
 
 
-def provenance(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
+def provenance(settings: RunSettings, fingerprint: str) -> Provenance:
     """Versions of the code and its main dependencies, the fingerprint of the data, and the number format."""
     versions = {name: metadata.version(name) for name in _PACKAGES}
-    return {"dnnvss": __version__, "python": platform.python_version(), "packages": versions, "corpus": fingerprint,
-            "precision": resolve(settings.trainer["precision"], settings.trainer["accelerator"])}
+    precision = resolve(settings.trainer["precision"], settings.trainer["accelerator"])
+    return Provenance(__version__, platform.python_version(), versions, fingerprint, precision)
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,11 @@ class Run:
     @cached_property
     def generator(self) -> Generator:
         """What turns examples into trajectories, with what was learnt of the talker."""
-        return Generator(self.task, self.model, Talker.load(self.files.talker))
+        talker = Talker.load(self.files.talker)
+        if len(talker.natural) != len(self.face.names):
+            raise DnnvssError(f"knows {len(talker.natural)} coefficients, and the face has {len(self.face.names)}",
+                              file=self.files.talker, remedy="Train the run anew: python train.py overwrite=true")
+        return Generator(self.task, self.model, talker)
 
     @cached_property
     def durations(self) -> DurationModel:
@@ -148,14 +151,17 @@ def _trained(path: Path, settings: RunSettings) -> VisualModel:
         raise DnnvssError("holds a run that has not ended", file=folder,
                           remedy="Run its train.py command again: it goes on where it stopped")
     checkpoint = load_checkpoint(path)
-    if "table" not in checkpoint:
-        raise DnnvssError("is no run folder of this package", file=folder, remedy="Train a system: python train.py")
+    if not all(isinstance(checkpoint.get(part), dict) for part in ("table", "state")):
+        raise DnnvssError("is no system of this package", file=path, remedy="Train a system: python train.py")
+    model = make_model(settings, settings.task)
     try:
         settings.task.table.check(checkpoint["table"])
+        model.load_state(checkpoint["state"])
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=path, remedy=error.remedy) from error
-    model = make_model(settings, settings.task)
-    model.load_state(checkpoint["state"])
+    except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+        raise DnnvssError(f"does not hold what {settings.model_name} learns ({type(error).__name__}: {error})",
+                          file=path, remedy="Train the run anew: python train.py overwrite=true") from error
     return model
 
 

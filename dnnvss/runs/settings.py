@@ -14,6 +14,7 @@ from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
+from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
 from dnnvss.settings import read_settings, setting
 from dnnvss.style.generator import StyleSettings
@@ -150,9 +151,12 @@ _WRITTEN = "Use the file that train.py wrote into the run folder"
 
 def _check_version(places: RunFiles, values: Any) -> None:
     """Refuse a run or a bundle that another version of the package wrote."""
-    path = places.index if places.index.is_file() else places.provenance
-    written = files.read_json(path).get("dnnvss", __version__) if path.is_file() else __version__
-    if _release(str(written)) != _release(__version__):
+    written = __version__
+    if places.index.is_file():
+        written = BundleIndex.load(places.folder).dnnvss
+    elif places.provenance.is_file():
+        written = places.written().dnnvss or __version__
+    if _release(written) != _release(__version__):
         raise DnnvssError(f"was trained by dnnvss {written}, and this is {__version__}", file=places.folder,
                           remedy=_anew(places.folder, values))
 

@@ -6,9 +6,12 @@ from pathlib import Path
 
 from dnnvss import files
 from dnnvss.corpus import CorpusInfo, Utterance
-from dnnvss.errors import DnnvssError
-from dnnvss.phones import SILENCES
+from dnnvss.phones import SILENCES, SPOKEN
 from dnnvss.phones.contexts import spoken_triphones
+from dnnvss.records import read_record
+from dnnvss.settings import setting
+from dnnvss.text.variants import VARIANTS
+from dnnvss.timing import FrameClock
 
 _REMEDY = "Train the run again: python train.py overwrite=true, with the settings of its config.yaml"
 
@@ -52,10 +55,18 @@ class Voice:
         Raises:
             DnnvssError: the file is missing, damaged, or of another version.
         """
-        value = files.read_json(path, _REMEDY)
-        try:
-            lists = {name: tuple(map(str, value[name])) for name in ("phones", "pauses", "triphones")}
-            texts = {name: str(value[name]) for name in ("variant", "rate", "credit")}
-        except (KeyError, TypeError) as error:
-            raise DnnvssError(f"does not say {error}", file=path, remedy=_REMEDY) from error
-        return cls(lists["phones"], lists["pauses"], **texts, triphones=frozenset(lists["triphones"]))
+        kept = read_record(_Kept, path, _REMEDY)
+        FrameClock.from_setting(kept.rate, f"{path}: rate")
+        return cls(kept.phones, kept.pauses, kept.variant, kept.rate, kept.credit, frozenset(kept.triphones))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """What the file of a voice holds."""
+
+    phones: tuple[str, ...] = setting(choices=SPOKEN)
+    pauses: tuple[str, ...] = setting(choices=SILENCES)
+    variant: str = setting(choices=VARIANTS)
+    rate: str
+    credit: str
+    triphones: tuple[str, ...]

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import Held, read_declared
 from dnnvss.phones import SHORT_PAUSE, SILENCE
 from dnnvss.speech.align_features import HOP
 from dnnvss.speech.align_tiers import Piece
@@ -70,7 +71,9 @@ class Voice:
     @classmethod
     def read(cls, path: Path) -> "Voice":
         """Return the voice that :meth:`write` wrote."""
-        arrays = files.read_arrays(path, "Prepare the corpus again")
+        declared = {"phones": Held(("P",), "U"), "mean": Held(("Q", "K", "C")), "precision": Held(("Q", "K", "C")),
+                    "weight": Held(("Q", "K"), finite=False), "stay": Held(("Q",)), "go": Held(("Q",))}
+        arrays = read_declared(path, declared, "Prepare the corpus again")
         return cls(tuple(str(p) for p in arrays.pop("phones")), **arrays)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import Held, read_declared
 from dnnvss.corpus.utterance import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import ARTICULATION, SHORT_PAUSE, SILENCE, SILENCES, strip_stress
@@ -23,6 +24,9 @@ SHORTEST = 0.01
 
 _PENALTIES = (0.3, 1.0, 3.0, 10.0, 30.0)
 _FOLDS = 5
+_ALWAYS = "always"  # the context of every phone
+_ARRAYS = {"columns": Held(("columns",), "U"), "weights": Held(("columns",)), "variance_of": Held(("phones",), "U"),
+           "variance": Held(("phones",)), "pause_labels": Held((3,), "U"), "pause_seconds": Held((3,))}
 _ROWS = 4096  # phones whose contexts are held as a matrix at once
 _EMPHASIS = 0.8  # standard deviations by which an emphasised phone is longer
 _DEFAULT_PAUSES = {"minor": (SHORT_PAUSE, 0.18), "major": (SHORT_PAUSE, 0.4)}
@@ -146,14 +150,14 @@ class DurationModel:
             DnnvssError: the file is missing, damaged or of another kind.
         """
         remedy = "Train again: the duration model is written beside the checkpoint"
-        a = files.read_arrays(path, remedy)
-        try:
-            pauses = [(str(p), float(s)) if p else None
-                      for p, s in zip(a["pause_labels"], a["pause_seconds"], strict=True)]
-            variance = {str(k): float(v) for k, v in zip(a["variance_of"], a["variance"], strict=True)}
-            return cls(tuple(map(str, a["columns"])), a["weights"], variance, Pauses(*pauses))
-        except (KeyError, TypeError, ValueError) as error:
-            raise DnnvssError(f"is no duration model ({error})", file=path, remedy=remedy) from error
+        a = read_declared(path, _ARRAYS, remedy)
+        pauses = [(str(p), float(s)) if p else None for p, s in zip(a["pause_labels"], a["pause_seconds"], strict=True)]
+        variance = {str(k): float(v) for k, v in zip(a["variance_of"], a["variance"], strict=True)}
+        columns = tuple(map(str, a["columns"]))
+        silent = all(p is None or (p[0] in SILENCES and p[1] > 0) for p in pauses)
+        if not silent or _ALWAYS not in variance or _ALWAYS not in columns or min(variance.values()) < 0:
+            raise DnnvssError("is no duration model", file=path, remedy=remedy)
+        return cls(columns, a["weights"], variance, Pauses(*pauses))
 
 
 # ---- context ---------------------------------------------------------------------------------------------------------
@@ -194,7 +198,7 @@ def _context(window: Sequence[str], tree: LinguisticTree, i: int, place: str) ->
     ending = "end" if end else "final" if final else "word" if last_syllable else "inner"
     first = tree.syllable_in_word[i] == 0 and tree.word_in_phrase[i] == 0
     return [
-        own, f"class={kind}", "always", f"left={left}", f"right={right}", f"left class={phone_class(left)}",
+        own, f"class={kind}", _ALWAYS, f"left={left}", f"right={right}", f"left class={phone_class(left)}",
         f"right class={phone_class(right)}", f"left class 2={phone_class(far_left)}",
         f"right class 2={phone_class(far_right)}", f"{kind} before {phone_class(right)}", f"{kind} {place}",
         f"{kind} {ending}", f"{own} {ending}", f"{own} {place}", f"{place} {ending}", f"first={first} {place}",

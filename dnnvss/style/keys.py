@@ -15,6 +15,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Gauge
 from dnnvss.timing import FrameClock, Tier
 
+_LARGEST = 1e9
 _REMEDY = "Write one key a line with the columns time, name, low, high (and end, softness, phone, index, position)"
 
 
@@ -161,13 +162,15 @@ def read_keys(path: str | Path) -> list[Key]:
     """
     if _kind(path) == ".json":
         rows = files.read_json(path, _REMEDY)
+        if not isinstance(rows, list):
+            raise DnnvssError("holds no list of keys", file=path, remedy=_REMEDY)
     else:
         rows = files.read(path, lambda p: list(csv.DictReader(io.StringIO(files.read_text(p, _REMEDY)))), _REMEDY)
     keys = []
     for number, row in enumerate(rows, start=1):
         try:
             keys.append(_parsed({k: v for k, v in row.items() if v not in (None, "")}))
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
             raise DnnvssError(f"key {number} cannot be read ({type(error).__name__}: {error})", file=path,
                               remedy=_REMEDY) from error
     return keys
@@ -190,8 +193,34 @@ def _parsed(row: dict[str, Any]) -> Key:
         raise ValueError(f"unknown column {sorted(unknown)[0]!r}")
     if not {"value", "low", "high"} & set(row):
         raise ValueError("it has neither a value nor a bound")
-    low, high = (float(row.get(side, row.get("value", none))) for side, none in (("low", -np.inf), ("high", np.inf)))
-    numbers = {name: float(row[name]) for name in ("end", "position") if name in row}
-    index = int(row["index"]) if "index" in row else None
-    return Key(float(row["time"]), str(row["name"]), low, high, softness=float(row.get("softness", 0.0)),
-               phone=row.get("phone"), index=index, **numbers)  # type: ignore[arg-type]
+    if not all(isinstance(row.get(name, ""), str) for name in ("name", "phone")):
+        raise ValueError("name and phone are texts")
+    value = row.get("value")
+    low, high = (_number(row.get(side, none if value is None else value), side)
+                 for side, none in (("low", -np.inf), ("high", np.inf)))
+    if low > high:
+        raise ValueError(f"low is {low:g} and high {high:g}")
+    times = {name: _finite(row[name], name) for name in ("end", "position") if name in row}
+    softness = _finite(row.get("softness", 0.0), "softness")
+    if softness < 0:
+        raise ValueError(f"softness is {softness:g}")
+    index = _finite(row["index"], "index") if "index" in row else None
+    if index is not None and (index < 0 or index != int(index)):
+        raise ValueError(f"index is {index:g}, which is no place in a tier")
+    return Key(_finite(row["time"], "time"), row["name"], low, high, softness=softness, phone=row.get("phone"),
+               index=None if index is None else int(index), **times)
+
+
+def _number(value: Any, name: str) -> float:
+    """A number as a cell or as JSON holds it, infinite ones among them."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str) or not str(value).isascii():
+        raise ValueError(f"{name} is {value!r}")
+    if np.isnan(number := float(value)):
+        raise ValueError(f"{name} is no number")
+    return number
+
+
+def _finite(value: Any, name: str) -> float:
+    if not abs(number := _number(value, name)) < _LARGEST:
+        raise ValueError(f"{name} is {number:g}")
+    return number

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import Held, check_arrays, read_declared
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import APERTURE, LOWER_LIP, Face, Gauge
 from dnnvss.phones import BILABIALS, LABIODENTALS
@@ -34,6 +35,9 @@ class LipRule:
 LIP_RULES = {"closures": LipRule(APERTURE, BILABIALS, "p, b or m", closure),
              "contacts": LipRule(LOWER_LIP, LABIODENTALS, "f or v", teeth_contact)}
 """Setting of a style to its rule."""
+_REMEDY = "Train the run again"
+_ARRAYS = {"natural": Held(("D",)), "rest": Held(("D",), finite=False), "rest_deviation": Held(("D",)),
+           "gauges": Held(("gauges",), "U"), "own": Held(("D",), optional=True)}
 _LEAST = 1e-3
 """Least deviation at rest, as a share of that in speech: a coefficient may stand still in silence."""
 RAMP = 0.1
@@ -130,15 +134,20 @@ class Talker:
         Raises:
             DnnvssError: the file is missing or damaged.
         """
-        a = files.read_arrays(path, "Train the run again")
-        try:
-            names = [str(name) for name in a["gauges"]]
-            numbers = {name: a[f"gauge_{name}"] for name in names}
-            gauges = {n: Gauge(n, row[:-1], float(row[-1]), str(a[f"unit_{n}"])) for n, row in numbers.items()}
-            levels = {name: float(a[f"level_{name}"]) for name in names}
-            return cls(a["natural"], a["rest"], a["rest_deviation"], gauges, levels, a.get("own"))
-        except KeyError as error:
-            raise DnnvssError(f"lacks {error}", file=path, remedy="Train the run again") from error
+        a = read_declared(path, _ARRAYS, _REMEDY, more=True)
+        names = [str(name) for name in a["gauges"]]
+        if unknown := [name for name in names if name not in {rule.gauge for rule in LIP_RULES.values()}]:
+            raise DnnvssError(f"has a gauge {unknown[0]!r}, which no rule holds", file=path, remedy=_REMEDY)
+        gauge, text, level = Held((len(a["natural"]) + 1,)), Held((), "U"), Held((), "f", finite=False)
+        for name in names:
+            held = {f"gauge_{name}": gauge, f"unit_{name}": text, f"level_{name}": level}
+            check_arrays(a, held, path, _REMEDY)
+        if not (a["natural"] > 0).all() or not (a.get("own", a["natural"]) > 0).all():
+            raise DnnvssError("holds variances that are not above 0", file=path, remedy=_REMEDY)
+        rows = {name: a[f"gauge_{name}"] for name in names}
+        gauges = {n: Gauge(n, row[:-1], float(row[-1]), str(a[f"unit_{n}"])) for n, row in rows.items()}
+        levels = {name: float(a[f"level_{name}"]) for name in names}
+        return cls(a["natural"], a["rest"], a["rest_deviation"], gauges, levels, a.get("own"))
 
 
 def speech_variances(trajectories: Sequence[np.ndarray], tiers: Sequence[Tier], clock: FrameClock) -> np.ndarray:

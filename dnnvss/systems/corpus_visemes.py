@@ -93,9 +93,13 @@ def _place_of_fits(scratch: Path | None, name: str) -> Iterator[Path]:
 
 
 def _kept(folder: Path) -> CorpusUnits:
-    kept = files.read_json(folder / "tiers.json")
-    return CorpusUnits(UnitModel.load(folder / "units.pt"), {i: _tier(t["oracle"]) for i, t in kept.items()},
-                       {i: [_tier(x) for x in t["predicted"]] for i, t in kept.items()})
+    def tiers(path: Path) -> tuple[dict[str, Tier], dict[str, list[Tier]]]:
+        kept = files.read_json(path)
+        return ({i: _tier(t["oracle"]) for i, t in kept.items()},
+                {i: [_tier(x) for x in t["predicted"]] for i, t in kept.items()})
+
+    oracle, predicted = files.read(folder / "tiers.json", tiers, f"Delete {folder} and run the command again")
+    return CorpusUnits(UnitModel.load(folder / "units.pt"), oracle, predicted)
 
 
 def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.phones.inventory import CONSONANTS, VOWELS
 
@@ -34,7 +34,7 @@ def _weights() -> dict[str, np.ndarray]:
     spec = find_spec("g2p_en")
     if spec is None or not spec.submodule_search_locations:
         raise DnnvssError("the package g2p-en, which pronounces unknown words, is not installed", remedy=_REMEDY)
-    return files.read_arrays(Path(spec.submodule_search_locations[0]) / "checkpoint20.npz", _REMEDY)
+    return read_arrays(Path(spec.submodule_search_locations[0]) / "checkpoint20.npz", _REMEDY)
 
 
 def _step(side: str, x: np.ndarray, h: np.ndarray) -> np.ndarray:

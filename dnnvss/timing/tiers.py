@@ -1,6 +1,6 @@
 """Contiguous labelled intervals, and the tiers that make an alignment."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -11,6 +11,10 @@ from dnnvss.timing.clock import FrameClock
 
 TOLERANCE = 1e-4
 """Seconds by which two edges may differ and still be taken for the same one."""
+
+
+_LAST = 1e9
+"""Seconds that no recording lasts."""
 
 
 class Segment(NamedTuple):
@@ -196,8 +200,19 @@ class Alignment:
         return {t.name: {"edges": [round(float(e), 6) for e in t.edges], "labels": list(t.labels)} for t in self.tiers}
 
     @classmethod
-    def from_json(cls, value: dict[str, Any]) -> "Alignment":
-        """Return the alignment that :meth:`to_json` described."""
-        return cls(
-            Tier(name, zip(t["edges"][:-1], t["edges"][1:], t["labels"], strict=True)) for name, t in value.items()
-        )
+    def from_json(cls, value: Mapping[str, Any]) -> "Alignment":
+        """The alignment that :meth:`to_json` described.
+
+        Raises:
+            DnnvssError: a tier without as many labels as its edges enclose, or with other values.
+        """
+        return cls(_tier_of(name, tier) for name, tier in value.items())
+
+
+def _tier_of(name: Any, value: Any) -> Tier:
+    held = (value.get("edges"), value.get("labels")) if isinstance(value, dict) else (None, None)
+    edges, labels = (part if isinstance(part, list) else [] for part in held)
+    times = all(type(edge) in (int, float) and abs(edge) < _LAST for edge in edges)
+    if not times or len(edges) != len(labels) + 1 or not all(isinstance(x, str) for x in (name, *labels)):
+        raise DnnvssError(f"tier {str(name)[:40]!r} is not edges in seconds and the labels between them")
+    return Tier(name, zip(edges[:-1], edges[1:], labels, strict=True))

@@ -7,6 +7,7 @@ from typing import Any
 import torch
 
 from dnnvss import files
+from dnnvss.archives import check_sizes
 from dnnvss.errors import DnnvssError
 
 
@@ -39,5 +40,5 @@ def _load(path: Path, remedy: str) -> Any:
     with path.open("rb") as file:
         if file.read(4) != b"PK\x03\x04":
             raise DnnvssError("is not a checkpoint of this package", file=path, remedy=remedy)
-        files.check_sizes(file, path, remedy, times=1)
+        check_sizes(file, path, remedy, path.stat().st_size)
     return torch.load(path, map_location="cpu", weights_only=True)

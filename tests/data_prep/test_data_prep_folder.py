@@ -16,6 +16,7 @@ from data_prep.demo import prepare_demo
 from data_prep.folder import _landmarks, prepare_folder
 from data_prep.recipe import own_lexicon
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_npz, write_alignment, write_openface, write_pts
@@ -90,7 +91,7 @@ def test_changed_recordings_and_landmarks_are_taken_anew(raw: Path, tmp_path: Pa
         monkeypatch.setattr(f"data_prep.{work}", None)
     assert again().fingerprint == first.fingerprint  # nothing changed, nothing done
     monkeypatch.undo()
-    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays = read_arrays(raw / "demo_001.npz")
     files.write_arrays(raw / "demo_001.npz", **{**arrays, "points": arrays["points"] + np.float32(0.25)})
     np.testing.assert_allclose(again().landmarks(u)[0], points + 0.25, atol=1e-5)
     write_video(raw / "demo_001.mp4", read_video(raw / "demo_001.mp4"), u.rate, sound / 2, 16000)
@@ -106,9 +107,9 @@ def test_changed_recordings_and_landmarks_are_taken_anew(raw: Path, tmp_path: Pa
 
 
 def test_landmarks_of_another_picture_size_are_dropped(raw: Path, tmp_path: Path) -> None:
-    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays = read_arrays(raw / "demo_001.npz")
     files.write_arrays(raw / "demo_001.npz", **{**arrays, "points": 2 * arrays["points"]})
-    few = files.read_arrays(raw / "demo_002.npz")
+    few = read_arrays(raw / "demo_002.npz")
     few["points"][3:5, :9] -= 80
     files.write_arrays(raw / "demo_002.npz", **few)
     corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
@@ -161,12 +162,12 @@ def silence_video(raw: Path) -> None:
 
 
 def shorten_landmarks(raw: Path) -> None:
-    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays = read_arrays(raw / "demo_001.npz")
     files.write_arrays(raw / "demo_001.npz", **{k: v[:-1] for k, v in arrays.items()})
 
 
 def spoil_landmarks(raw: Path) -> None:
-    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays = read_arrays(raw / "demo_001.npz")
     arrays["points"][7] = np.nan
     files.write_arrays(raw / "demo_001.npz", **arrays)
 
@@ -329,7 +330,7 @@ def test_groups_beyond_the_landmarks_are_refused_at_once(
 
 
 def test_landmarks_in_one_place_are_no_face(raw: Path, tmp_path: Path) -> None:
-    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays = read_arrays(raw / "demo_001.npz")
     arrays["points"][4:7] = 0.0
     files.write_arrays(raw / "demo_001.npz", **arrays)
     corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))

@@ -10,6 +10,7 @@ from conftest import run_command
 
 from data_prep.grid import DIGITS, WORDS, prepare_grid, words_of
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import write_grid_align
@@ -120,7 +121,7 @@ def test_broken_pictures_ghosts_and_bad_files_are_reported(raw, tmp_path):
     frames[:12] = [np.full((48, 64, 3), 128, np.uint8)] * 12
     sound = read_audio(raw / "video" / "bbaf2n.mp4")
     write_video(raw / "video" / "bbaf2n.mp4", frames, 25, sound, 16000)
-    marks = files.read_arrays(raw / "landmarks" / "prim4p.npz")
+    marks = read_arrays(raw / "landmarks" / "prim4p.npz")
     marks["points"][40:43] += (200 * rng.normal(size=(3, POINTS, 2))).astype(np.int16)
     files.write_arrays(raw / "landmarks" / "prim4p.npz", **marks)
     (raw / "align" / "swwu5s.align").write_text("0 9000 sil\n9500 12000 set\n")

@@ -9,6 +9,7 @@ import pytest
 from data_prep.demo import prepare_demo
 from data_prep.folder import prepare_folder
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import Landmarks, write_alignment, write_openface
@@ -77,7 +78,7 @@ def test_landmarks_without_video_are_a_corpus(demo: Corpus, raw: Path, tmp_path:
 
 def test_points_in_space_are_a_corpus_and_their_ghosts_are_found(demo: Corpus, raw: Path, tmp_path: Path) -> None:
     deep(raw)
-    arrays = files.read_arrays(raw / "demo_001.npz")
+    arrays = read_arrays(raw / "demo_001.npz")
     arrays["points"][10, :, 2] *= np.linspace(0.2, 3, 82)
     files.write_arrays(raw / "demo_001.npz", **arrays)
     corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", dim=3, jobs=1))
@@ -107,7 +108,7 @@ def test_the_rate_is_that_of_the_setting_the_description_or_the_stamps(raw: Path
     assert "its time stamps tell 30 frames a second, 31 are taken" in (tmp_path / "set" / "report.md").read_text()
     files.write_json(raw / "landmarks.json", marks)
     for path in raw.glob("*.npz"):
-        arrays = files.read_arrays(path)
+        arrays = read_arrays(path)
         files.write_arrays(path, **{n: v for n, v in arrays.items() if n != "times"})
     with pytest.raises(DnnvssError, match="frame rate of landmarks without video is not known"):
         prepare_folder(raw, tmp_path / "none", dim=3, jobs=1)

@@ -13,6 +13,7 @@ from face.aam_cases import CONFIG, clip_arrays, corpus
 from hydra import compose, initialize_config_dir
 
 from dnnvss import DnnvssError, files
+from dnnvss.archives import read_arrays
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.curves import resample
 from dnnvss.evaluation.runs import make_bench, read_run
@@ -100,7 +101,7 @@ def test_runs_that_do_not_fit_are_refused(run, tmp_path, capsys):
     for name in ("config.yaml", "run.json"):
         files.write_text(other / name, (run / name).read_text())
     for kind in ("predicted", "speech", "valid", "reference"):
-        arrays = files.read_arrays(run / "predictions" / f"{kind}.npz")
+        arrays = read_arrays(run / "predictions" / f"{kind}.npz")
         files.write_arrays(other / "predictions" / f"{kind}.npz", **{k: v for k, v in arrays.items() if k != "toy1"})
     with pytest.raises(DnnvssError, match="other sentences"):
         make_bench([read_run(run), read_run(other)])
@@ -112,7 +113,7 @@ def test_the_report_opens_from_disk_in_a_browser_and_its_video_plays(run, tmp_pa
     for i in range(3):
         write_video(run / "videos" / f"toy{i}.mp4", grey, 25, np.zeros(32000), 16000)
     files.write_arrays(run / "predictions" / "predicted_lively.npz",
-                       **files.read_arrays(run / "predictions" / "reference.npz"))
+                       **read_arrays(run / "predictions" / "reference.npz"))
     assert run_command("compare", str(run), "--out", str(run / "evaluation"), "--first", "2") == 0
     page = run / "evaluation" / "evaluation.html"
     assert "run, lively" in page.read_text()

@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.face.base import Gauge, name_groups
 
 
@@ -46,7 +47,7 @@ class LinearFace:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        arrays = files.read_arrays(path)
+        arrays = read_arrays(path)
         return cls(arrays["mean"], arrays["modes"])
 
 

@@ -12,6 +12,7 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import AAMConfig, ActiveAppearanceModel, encode_clip, fit_aam, reconstruct
 from dnnvss.face.aam.colour import ColourBank, luminance
@@ -169,10 +170,10 @@ def test_models_of_both_formats_survive_the_disk(models: dict[str, ActiveAppeara
     for mine, other in zip(model.decode(parameters), again.decode(parameters), strict=True):
         assert (mine == other).all()
     assert again.config == model.config and again.reference.rigid and again.names == model.names
-    arrays = files.read_arrays(tmp_path / "aam.npz")
+    arrays = read_arrays(tmp_path / "aam.npz")
     assert '"format": 2' in str(arrays["settings"])
     models["th07"].save(tmp_path / "old.npz")
-    assert '"format": 1' in str(files.read_arrays(tmp_path / "old.npz")["settings"])
+    assert '"format": 1' in str(read_arrays(tmp_path / "old.npz")["settings"])
     arrays["settings"] = np.array(str(arrays["settings"]).replace('"format": 2', '"format": 3'))
     files.write_arrays(tmp_path / "new.npz", **arrays)
     with pytest.raises(DnnvssError, match=r"new\.npz.*format 3, and this version reads"):

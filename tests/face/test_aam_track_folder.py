@@ -12,6 +12,7 @@ from conftest import ROOT
 from face import search_cases as cases
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.corpus.talker import LANDMARK_GROUPS
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import tracking as program
@@ -59,7 +60,7 @@ def test_labels_become_landmarks_of_every_frame(material: tuple[Path, Path]) -> 
         found = read_landmarks(videos / f"s{number}.npz")
         assert found.valid.all()
         assert cases.error(found.points, cases.clip(number)[1][:FRAMES]).max() < 0.8
-        arrays = files.read_arrays(videos / f"s{number}.npz")
+        arrays = read_arrays(videos / f"s{number}.npz")
         assert arrays["error"].shape == arrays["flag"].shape == (FRAMES,)
     assert files.read_json(videos / "landmarks.json")["groups"]["lips_inner"] == list(
         np.array(LANDMARK_GROUPS["lips_inner"]) - LANDMARK_GROUPS["lips_outer"][0])

@@ -47,7 +47,7 @@ def test_frames_may_be_missing_and_counted_from_zero(tmp_path: Path) -> None:
     ("1,1,2,3\n2,1,two,3\n", "line 3: x_0 is 'two', which is not a number"),
     ("1,1,2,3\n2.5,1,2,3\n", "line 3: frame is 2.5, which is not the number of a frame"),
     ("1,1,2,3\n-4,1,2,3\n", "line 3: frame is -4"),
-    ("1,1,2,3\nnan,1,2,3\n", "line 3: frame is nan"),
+    ("1,1,2,3\nnan,1,2,3\n", "line 3: frame is 'nan'"),
     ("1,1,2,3\n900000000,1,2,3\n", "line 3: frame is 9e\\+08"),
 ])
 def test_wrong_lines_are_named(tmp_path: Path, rows: str, said: str) -> None:

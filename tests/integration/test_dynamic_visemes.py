@@ -11,6 +11,7 @@ from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.train import train
 from dnnvss.evaluation.picture_book import draw_units
@@ -59,7 +60,7 @@ def test_units_come_from_training_clips_and_test_clips_are_predicted_without_the
 def test_text_gets_predicted_units_and_an_alignment_overrides_them(home: Path) -> None:
     def speak(out: str, *what: str) -> np.ndarray:
         synthesise(configure("synth", f"run={home}/run", f"out={home}/{out}.mp4", "speech=none", "style=plain", *what))
-        return files.read_arrays(home / f"{out}.npz")["parameters"]
+        return read_arrays(home / f"{out}.npz")["parameters"]
 
     speak("a", "text='my papa may buy a puppy'")
     assert files.read_json(home / "a.json")["visemes"] == "predicted from text"

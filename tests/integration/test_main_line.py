@@ -16,6 +16,7 @@ from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.sweep import CompareRuns, _free, run_folder, what_differs
 from dnnvss.commands.train import train
@@ -140,7 +141,7 @@ def test_text_becomes_a_video_with_sound_and_everything_beside_it(home: Path) ->
     out = speak(home, "a.mp4", "text='Hello there, it is: {W AY1 N D}'", "rate=29.97")
     info = video_info(out)
     assert str(info.rate) == "30000/1001" and info.has_audio and info.size == (96, 96)
-    arrays = files.read_arrays(out.with_suffix(".npz"))
+    arrays = read_arrays(out.with_suffix(".npz"))
     alignment = read_alignment(out.with_suffix(".TextGrid"))
     frames = round(alignment.end * 100)
     assert arrays["parameters"].shape == (frames, 8) and arrays["points"].shape[::2] == (frames, 2)
@@ -190,7 +191,7 @@ def test_footage_that_is_not_there_is_refused(home: Path, tmp_path: Path, wrong:
 
 
 def test_face_moves_with_the_words_and_rests_in_silence(home: Path) -> None:
-    arrays = files.read_arrays(speak(home, "b.mp4", "text='my papa may buy a puppy'").with_suffix(".npz"))
+    arrays = read_arrays(speak(home, "b.mp4", "text='my papa may buy a puppy'").with_suffix(".npz"))
     phones = read_alignment(home / "b.TextGrid")["phones"]
     speed = np.linalg.norm(np.diff(arrays["points"], axis=0), axis=(1, 2))
     first, last = round(phones[0].end * 100), round(phones[-1].start * 100)
@@ -200,14 +201,14 @@ def test_face_moves_with_the_words_and_rests_in_silence(home: Path) -> None:
 def test_voice_and_alignment_take_the_place_of_text(home: Path) -> None:
     speak(home, "c.mp4", "text='hello my friend'")
     speak(home, "d.mp4", f"alignment={home}/c.TextGrid")
-    first, second = (files.read_arrays(home / f"{n}.npz")["parameters"] for n in "cd")
+    first, second = (read_arrays(home / f"{n}.npz")["parameters"] for n in "cd")
     assert np.abs(first - second).max() < 0.05 * first.std()  # TextGrid keeps times to its own precision
     speak(home, "e.mp4", "text='hello my friend'", f"wav={home}/c.wav")
     assert read_alignment(home / "e.TextGrid")["words"].labels == read_alignment(home / "c.TextGrid")["words"].labels
 
 
 def trajectory(out: Path) -> np.ndarray:
-    return files.read_arrays(out.with_suffix(".npz"))["parameters"]
+    return read_arrays(out.with_suffix(".npz"))["parameters"]
 
 
 def test_plain_style_is_mlpg_bit_for_bit_and_articulated_lips_close(home: Path) -> None:

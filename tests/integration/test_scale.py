@@ -12,6 +12,7 @@ from omegaconf import DictConfig
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.train import train
 from dnnvss.errors import DnnvssError
@@ -92,7 +93,7 @@ def test_a_bundle_speaks_as_its_run_does_without_lightning_or_hydra(home: Path, 
     assert done.stdout.splitlines()[-1] == "LOADED"
     synthesise(configure("synth", f"run={run}", "text='Hello, my friend: I am here'", f"out={tmp_path}/b.mp4",
                          "speech=none"))
-    ours, theirs = (files.read_arrays(tmp_path / f"{n}.npz")["parameters"] for n in "ab")
+    ours, theirs = (read_arrays(tmp_path / f"{n}.npz")["parameters"] for n in "ab")
     np.testing.assert_allclose(ours, theirs, atol=1e-5 * np.abs(theirs).max())
     assert video_info(tmp_path / "a.mp4").size == (64, 64)
 

@@ -95,7 +95,7 @@ def test_what_a_voice_lacks_is_named(tmp_path: Path) -> None:
     path = voice.save(tmp_path / "voice.json")
     assert Voice.load(path) == voice
     files.write_json(path, {"phones": ["AA"]})
-    with pytest.raises(DnnvssError, match=r"voice\.json: does not say 'pauses'.*Train"):
+    with pytest.raises(DnnvssError, match=r"voice\.json: pauses is not set.*Train"):
         Voice.load(path)
 
 

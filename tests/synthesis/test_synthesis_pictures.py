@@ -8,6 +8,7 @@ import pytest
 from face.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import fit_aam
 from dnnvss.media import write_video
@@ -51,7 +52,7 @@ def test_a_video_with_landmarks_beside_it_is_footage(run: SimpleNamespace, film:
 
 
 def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamespace, film: Path) -> None:
-    arrays = files.read_arrays(film.with_suffix(".npz"))
+    arrays = read_arrays(film.with_suffix(".npz"))
     files.write_arrays(film.with_suffix(".npz"), points=arrays["points"][:9], valid=arrays["valid"][:9])
     with pytest.raises(DnnvssError, match=r"film\.mp4: has 20 pictures and 9 frames of landmarks"):
         read_footage(run, str(film))  # type: ignore[arg-type]
@@ -62,7 +63,7 @@ def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamesp
 
 def test_landmarks_beside_a_video_are_divided_by_their_scale(run: SimpleNamespace, film: Path) -> None:
     plain = read_footage(run, str(film)).code  # type: ignore[arg-type]
-    arrays = files.read_arrays(film.with_suffix(".npz"))
+    arrays = read_arrays(film.with_suffix(".npz"))
     files.write_arrays(film.with_suffix(".npz"), points=(4 * arrays["points"]), valid=arrays["valid"])
     with pytest.raises(DnnvssError, match=r"film\.npz: its landmarks reach .* have 96 x 80 pixels\. .*scale"):
         read_footage(run, str(film))  # type: ignore[arg-type]
@@ -76,7 +77,7 @@ def test_landmarks_beside_a_video_are_divided_by_their_scale(run: SimpleNamespac
 
 
 def test_footage_that_cannot_be_used_names_its_file(run: SimpleNamespace, film: Path) -> None:
-    arrays = files.read_arrays(film.with_suffix(".npz"))
+    arrays = read_arrays(film.with_suffix(".npz"))
     for points, valid, message in ((arrays["points"], arrays["valid"] & False, "no frame has usable landmarks"),
                                    (arrays["points"][:, :12], arrays["valid"], "has 12 landmarks a frame")):
         files.write_arrays(film.with_suffix(".npz"), points=points, valid=valid)

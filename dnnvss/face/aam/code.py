@@ -6,7 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss import files
-from dnnvss.errors import DnnvssError
+from dnnvss.archives import Held, read_declared
+
+_ARRAYS = {
+    "parameters": Held(("F", "D")), "pose": Held(("F", 4)), "shape_offset": Held(("P", 2)),
+    "texture_offset": Held(("N", 3)), "valid": Held(("F",), "b"), "outlier_reasons": Held(("R",), "U"),
+    "outlier_frames": Held(("R", ...), "b")}
 
 
 @dataclass(frozen=True)
@@ -47,11 +52,7 @@ class ClipCode:
             DnnvssError: the file is missing or damaged.
         """
         remedy = "Delete it and run the command again"
-        arrays = files.read_arrays(path, remedy)
-        missing = {"parameters", "pose", "shape_offset", "texture_offset", "valid", "outlier_reasons",
-                   "outlier_frames"} - set(arrays)
-        if missing:
-            raise DnnvssError(f"lacks {sorted(missing)}", file=path, remedy=remedy)
+        arrays = read_declared(path, _ARRAYS, remedy)
         marks = zip(arrays["outlier_reasons"], arrays["outlier_frames"], strict=True)
         outliers = {str(reason): np.flatnonzero(row).tolist() for reason, row in marks}
         return cls(arrays["parameters"], arrays["pose"], arrays["shape_offset"],

@@ -1,14 +1,17 @@
 """The active appearance model: shape and texture of a face as a few linear parameters."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import Held, check_arrays, read_declared
+from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
@@ -20,7 +23,10 @@ from dnnvss.face.base import Gauge, name_groups
 from dnnvss.face.lips import lip_pairs, mouth_gauges, parted
 from dnnvss.face.point_set import Layout
 from dnnvss.face.pose import PoseReference, to_image, to_reference
+from dnnvss.records import as_record
+from dnnvss.settings import setting
 
+_REMEDY = "Train again, or delete the file and run the same command"
 _FORMATS = (1, 2)
 """Written: 1 where no setting needs 2, which brought rigid poses, luminance and parts."""
 
@@ -191,19 +197,48 @@ class ActiveAppearanceModel:
         Raises:
             DnnvssError: the file is missing, damaged or of another format.
         """
-        return files.read(path, _loaded, "Train again, or delete the file and run the same command")
+        return files.read(path, _loaded, _REMEDY)
 
 
 def _loaded(path: Path) -> ActiveAppearanceModel:
-    arrays = files.read_arrays(path)
-    settings = json.loads(str(arrays["settings"]))
-    if settings["format"] not in _FORMATS:
-        raise ValueError(f"format {settings['format']}, and this version reads {_FORMATS}")
-    config = AAMConfig.from_dict(settings["config"])
-    return ActiveAppearanceModel(
-        config, {g: (a, b) for g, (a, b) in settings["groups"].items()},
-        PoseReference(arrays["stable"], settings["smoothing"], config.alignment == "rigid"), arrays["mean_shape"],
-        Warp(arrays["texture_shape"], arrays["triangles"], settings["scale"]), arrays["mean_texture"],
-        arrays["shape_modes"], arrays["texture_modes"], settings["shape_weight"], arrays["deviations"],
-        arrays["spread"], FrameLimits(**settings["limits"]),
-        ColourBank.from_arrays(arrays) if config.colour == "luminance" else None)
+    arrays = read_declared(path, _ARRAYS, _REMEDY)
+    kept = as_record(_Kept, json.loads(str(arrays["settings"])), path, _REMEDY)
+    config = AAMConfig.from_dict(kept.config)
+    luminance = config.colour == "luminance"
+    check_arrays(arrays, _COLOURS if luminance else {}, path, _REMEDY,
+                 {"D": len(arrays["deviations"]), "N": len(arrays["mean_texture"])})
+    warp = Warp(arrays["texture_shape"], arrays["triangles"], kept.scale)
+    points, pixels = len(arrays["mean_shape"]), len(arrays["mean_texture"])
+    if not ((warp.triangles >= 0) & (warp.triangles < points)).all() or np.prod(warp.size) > _BOX * (pixels + _BOX):
+        raise DnnvssError("its triangles are none of its points", file=path, remedy=_REMEDY)
+    model = ActiveAppearanceModel(
+        config, dict(kept.groups), PoseReference(arrays["stable"], kept.smoothing, config.alignment == "rigid"),
+        arrays["mean_shape"], warp, arrays["mean_texture"], arrays["shape_modes"], arrays["texture_modes"],
+        kept.shape_weight, arrays["deviations"], arrays["spread"], kept.limits,
+        ColourBank.from_arrays(arrays) if luminance else None)
+    if len(model.layout.rows) != points or len(model.layout.stable) != len(arrays["stable"]):
+        raise DnnvssError("its points are not those of its landmark groups", file=path, remedy=_REMEDY)
+    return model
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """The settings in the file of a model."""
+
+    format: int = setting(choices=_FORMATS)
+    config: Mapping[str, Any]
+    groups: Mapping[str, tuple[int, int]] = setting(least=0)
+    limits: FrameLimits
+    smoothing: float = setting(least=0)
+    scale: float = setting(above=0)
+    shape_weight: float = setting(least=0)
+
+
+_ARRAYS = {
+    "settings": Held((), "U"), "kind": Held((), "U", optional=True), "stable": Held(("S", 2)),
+    "mean_shape": Held(("P", 2)), "texture_shape": Held(("P", 2)), "triangles": Held(("T", 3), "iu"),
+    "mean_texture": Held(("N", 3)), "shape_modes": Held(("D", "P", 2)), "texture_modes": Held(("D", "N", 3)),
+    "deviations": Held(("D",)), "spread": Held(("P", 2)), "colour_parameters": Held(("K", "D"), optional=True),
+    "colour_chroma": Held(("K", "N", 3), "i", optional=True)}
+_COLOURS = {"colour_parameters": Held(("K", "D")), "colour_chroma": Held(("K", "N", 3), "i")}
+_BOX = 100  # times the texture's pixels that its box may hold

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from dnnvss import robust
+from dnnvss.archives import Held, read_declared
 from dnnvss.corpus import Corpus
 from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.model import ActiveAppearanceModel
@@ -47,8 +48,7 @@ def build_report(
 def _errors(paths: Sequence[Path]) -> dict[str, float]:
     total = np.zeros((3, 2))
     for path in paths:
-        with np.load(path, allow_pickle=False) as archive:
-            total += archive["errors"]
+        total += read_declared(path, {"errors": Held(total.shape)}, "Run the command again")["errors"]
     rms = np.sqrt(total[:2] / np.maximum(total[2], 1))
     return {"pixels": round(float(rms[0, 0]), 4), "grey_levels": round(float(rms[0, 1]), 3),
             "pixels_without_offset": round(float(rms[1, 0]), 4),

@@ -18,6 +18,7 @@ import numpy as np
 from tqdm import tqdm
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.aam.labelling.sheet import Sheet
 from dnnvss.face.aam.search import track
@@ -122,7 +123,7 @@ def _pieces(video: Path) -> Iterator[list[np.ndarray]]:
 def _keep_foreign(job: Job) -> None:
     """Refuse to write over landmarks that another program made."""
     for video in job.videos:
-        if (path := job.target(video)).is_file() and "flag" not in files.read_arrays(path):
+        if (path := job.target(video)).is_file() and "flag" not in read_arrays(path):
             raise DnnvssError("holds landmarks that this command did not write", file=path,
                               remedy="Move it away, or write elsewhere with --out")
 
@@ -145,7 +146,7 @@ def _key(path: Path) -> str:
 def _learnt(path: Path, source: str) -> bool:
     """Whether the model in a file was learnt from as many of its own frames, by the same first model."""
     remedy = "Delete it and run the command again"
-    return path.is_file() and str(files.read_arrays(path, remedy).get("source")) == source
+    return path.is_file() and str(read_arrays(path, remedy).get("source")) == source
 
 
 def _track_all(job: Job, path: Path, title: str) -> None:
@@ -166,7 +167,7 @@ def _track_all(job: Job, path: Path, title: str) -> None:
 def _done(path: Path, key: str, video: Path) -> bool:
     if not path.is_file():
         return False
-    arrays = files.read_arrays(path)
+    arrays = read_arrays(path)
     return str(arrays.get("model")) == key and str(arrays.get("video")) == _key(video)
 
 
@@ -194,7 +195,7 @@ def _track_one(path: Path, key: str, video: Path, target: Path) -> DnnvssError |
 
 
 def _read(path: Path) -> Track:
-    arrays = files.read_arrays(path)
+    arrays = read_arrays(path)
     return Track(arrays["points"], arrays["error"], arrays["flag"])
 
 

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss import files
-from dnnvss.errors import DnnvssError
+from dnnvss.archives import Held, read_declared
 
-_ARRAYS = ("parameters", "pose", "shape_offset", "valid", "outlier_reasons", "outlier_frames")
+_ARRAYS = {
+    "parameters": Held(("F", "D")), "pose": Held(("F", "pose")), "shape_offset": Held(("P", "d")),
+    "valid": Held(("F",), "b"), "outlier_reasons": Held(("R",), "U"), "outlier_frames": Held(("R", ...), "b")}
 _REMEDY = "Delete it and run the command again"
 
 
@@ -47,9 +49,7 @@ class PointsCode:
         Raises:
             DnnvssError: the file is missing or damaged.
         """
-        arrays = files.read_arrays(path, _REMEDY)
-        if missing := sorted(set(_ARRAYS) - set(arrays)):
-            raise DnnvssError(f"lacks {', '.join(missing)}", file=path, remedy=_REMEDY)
+        arrays = read_declared(path, _ARRAYS, _REMEDY)
         marks = zip(arrays["outlier_reasons"], arrays["outlier_frames"], strict=True)
         outliers = {str(reason): np.flatnonzero(row).tolist() for reason, row in marks}
         return cls(arrays["parameters"], arrays["pose"], arrays["shape_offset"], arrays["valid"], outliers)

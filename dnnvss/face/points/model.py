@@ -1,14 +1,16 @@
 """A face of points: the shape of mouth and jaw as a few linear parameters, without texture."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import Held, read_declared
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Gauge, name_groups
 from dnnvss.face.lips import mouth_gauges
@@ -17,6 +19,8 @@ from dnnvss.face.points.code import PointsCode
 from dnnvss.face.points.pose import Reference, SpaceReference, put_back, taken_out
 from dnnvss.face.points.settings import PointsSettings
 from dnnvss.face.pose import PoseReference
+from dnnvss.records import as_record
+from dnnvss.settings import setting
 
 _FORMAT = 1
 _REMEDY = "Train again, or delete the file and run the same command"
@@ -161,16 +165,36 @@ class PointsFace:
 
 
 def _loaded(path: Path) -> PointsFace:
-    arrays = files.read_arrays(path)
-    if str(arrays["kind"]) != PointsFace.kind:
-        raise DnnvssError(f"holds a face of the kind {arrays['kind']}", file=path, remedy=_REMEDY)
+    kind = str(read_declared(path, {"kind": Held((), "U")}, _REMEDY)["kind"])
+    if kind != PointsFace.kind:
+        raise DnnvssError(f"holds a face of the kind {kind}", file=path, remedy=_REMEDY)
+    arrays = read_declared(path, _ARRAYS, _REMEDY)
     text = json.loads(str(arrays["settings"]))
-    if text["format"] != _FORMAT:
-        raise DnnvssError(f"is of format {text['format']}, and this version reads {_FORMAT}", file=path,
-                          remedy=_REMEDY)
-    settings = PointsSettings.from_dict(text["settings"])
+    written = text.get("format") if isinstance(text, dict) else None
+    if written != _FORMAT:
+        raise DnnvssError(f"is of format {written}, and this version reads {_FORMAT}", file=path, remedy=_REMEDY)
+    kept = as_record(_Kept, text, path, _REMEDY)
+    settings = PointsSettings.from_dict(kept.settings)
     reference = (PoseReference if arrays["stable"].shape[1] == 2 else SpaceReference)(
         arrays["stable"], settings.pose_smoothing)
-    groups = {name: (a, b) for name, (a, b) in text["groups"].items()}
-    return PointsFace(settings, groups, reference, arrays["mean"], arrays["modes"], arrays["deviations"],
-                      arrays["spread"], PointLimits(**text["limits"]), arrays["whole_mean"], arrays["whole_modes"])
+    face = PointsFace(settings, dict(kept.groups), reference, arrays["mean"], arrays["modes"], arrays["deviations"],
+                      arrays["spread"], kept.limits, arrays["whole_mean"], arrays["whole_modes"])
+    if len(face.layout.rows) != len(face.mean) or len(face.layout.stable) != len(arrays["stable"]):
+        raise DnnvssError("its points are not those of its landmark groups", file=path, remedy=_REMEDY)
+    return face
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """The settings in the file of a face."""
+
+    format: int
+    settings: Mapping[str, Any]
+    groups: Mapping[str, tuple[int, int]] = setting(least=0)
+    limits: PointLimits
+
+
+_ARRAYS = {
+    "kind": Held((), "U"), "settings": Held((), "U"), "stable": Held(("S", "d")), "mean": Held(("P", "d")),
+    "modes": Held(("D", "P", "d")), "deviations": Held(("D",)), "spread": Held(("P", "d")),
+    "whole_mean": Held(("L", "d")), "whole_modes": Held(("D", "L", "d"))}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss.archives import Held, read_declared
 from dnnvss.corpus import Corpus
 from dnnvss.face.points.code import PointsCode
 from dnnvss.face.points.model import PointsFace
@@ -41,8 +42,7 @@ def build_report(face: PointsFace, corpus: Corpus, splits: Mapping[str, Sequence
 def _errors(paths: Sequence[Path], unit: str) -> dict[str, float]:
     total = np.zeros(3)
     for path in paths:
-        with np.load(path, allow_pickle=False) as archive:
-            total += archive["errors"]
+        total += read_declared(path, {"errors": Held(total.shape)}, "Run the command again")["errors"]
     rms = np.sqrt(total[:2] / max(total[2], 1))
     return {unit: round(float(rms[0]), 4), f"{unit}_without_offset": round(float(rms[1]), 4), "frames": int(total[2])}
 

@@ -38,7 +38,7 @@ def read_tool(path: Path, sheet: Sheet) -> Found:
     value = files.read_json(path, _REMEDY)
     try:
         return _parsed(value, sheet, path)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, LookupError, OverflowError, TypeError, ValueError) as error:
         raise DnnvssError(f"is not as its tool writes it ({type(error).__name__}: {error})", file=path,
                           remedy=_REMEDY) from error
 
@@ -105,7 +105,9 @@ def _coco(value: Mapping[str, Any], path: Path) -> Found:
             raise DnnvssError(f"annotation {row.get('id')} belongs to "
                               f"{'no picture' if name is None else name + ', as another does'}", file=path,
                               remedy="Give one annotation with keypoints a picture")
-        triples = np.asarray(row["keypoints"], dtype=float).reshape(-1, 3)
+        if not all(type(v) in (int, float) for v in row["keypoints"]):
+            raise ValueError(f"keypoints of picture {name} are not numbers")
+        triples = np.array(row["keypoints"], dtype=float).reshape(-1, 3)
         if (triples[:, 2] == 0).any():
             raise DnnvssError(f"picture {name}: keypoint {int((triples[:, 2] == 0).argmax())} is not labelled",
                               file=path, remedy="Label every point of the scheme")
@@ -137,6 +139,9 @@ def _named(rows: list[tuple[str, list[list[float]]]], sheet: Sheet, path: Path, 
                 raise DnnvssError(f"picture {picture}: point {label!r} is "
                                   f"{'unknown' if at is None else 'one too many'}", file=path,
                                   remedy=f"Name points by group and number; groups: {', '.join(sheet.groups)}")
+            if len(place) != 2 or not all(type(v) in (int, float) for v in place):
+                raise DnnvssError(f"picture {picture}: point {label!r} is {str(place)[:40]}, not x and y", file=path,
+                                  remedy=_REMEDY)
             points[at] = place
     if np.isnan(points).any():
         missing = int(np.isnan(points).any(axis=1).argmax())
@@ -150,7 +155,11 @@ def _position(label: str, following: dict[str, int], sheet: Sheet) -> int | None
         following[label] += 1
         stop = sheet.groups[label][1] if label else sheet.count
         return following[label] - 1 if following[label] <= stop else sheet.count  # beyond all: one too many
-    if label.isdecimal():
+    if _is_number(label):
         return int(label)
     group, _, number = label.replace(" ", "_").replace("-", "_").rpartition("_")
-    return sheet.groups[group][0] + int(number) if group in sheet.groups and number.isdecimal() else None
+    return sheet.groups[group][0] + int(number) if group in sheet.groups and _is_number(number) else None
+
+
+def _is_number(text: str) -> bool:
+    return text.isascii() and text.isdecimal() and len(text) < 10

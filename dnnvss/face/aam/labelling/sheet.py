@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import cv2
 import numpy as np
@@ -12,6 +11,8 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.schemes import SCHEMES, Scheme
 from dnnvss.formats.landmarks import read_pts, write_pts
+from dnnvss.records import read_record
+from dnnvss.settings import setting
 
 NAME = "labels.json"
 FAR = 1e6
@@ -29,6 +30,24 @@ class Label:
     frame: int
     image: str
     points: str
+
+
+    def check(self, sheet: Path) -> None:
+        """Refuse a label that names no picture, no points or no frame.
+
+        Args:
+            sheet: that names them.
+
+        Raises:
+            DnnvssError: one of its files leads out of the folder or is of another kind, or its frame is negative.
+        """
+        for name in (self.image, self.points, self.video):
+            files.check_name(name, sheet)
+        if not self.points.endswith(".pts") or PurePosixPath(self.image).suffix.lower() not in PICTURES:
+            raise DnnvssError(f"a label is a picture and a .pts file, not {self.image!r} and {self.points!r}",
+                              file=sheet, remedy=_REMEDY)
+        if self.frame < 0:
+            raise DnnvssError(f"names frame {self.frame} of {self.video}", file=sheet, remedy=_REMEDY)
 
 
 @dataclass(frozen=True)
@@ -69,27 +88,17 @@ class Sheet:
         Raises:
             DnnvssError: ``labels.json`` is missing, damaged or names no group, no frame or one frame twice.
         """
-        path = Path(folder) / NAME
-        return files.read(path, lambda p: cls._parsed(Path(folder), files.read_json(p)), _REMEDY)
-
-    @classmethod
-    def _parsed(cls, folder: Path, value: Mapping[str, Any]) -> "Sheet":
-        groups = {str(g): (int(a), int(b)) for g, (a, b) in value["groups"].items()}
-        fields = ("video", "frame", "image", "points")
-        labels = tuple(Label(*(type_(row[f]) for f, type_ in zip(fields, (str, int, str, str), strict=True)))
-                       for row in value["labels"])
-        names = [label.image for label in labels]
-        if not groups or not labels or len(set(names)) < len(names):
-            raise DnnvssError(f"names {len(groups)} groups and {len(names)} pictures, {len(set(names))} different ones",
-                              file=folder / NAME, remedy=_REMEDY)
-        for name in (*names, *(label.points for label in labels), *(label.video for label in labels)):
-            files.check_name(name, folder / NAME)
-        for label in labels:
-            if not label.points.endswith(".pts") or PurePosixPath(label.image).suffix.lower() not in PICTURES:
-                raise DnnvssError(f"a label is a picture and a .pts file, not {label.image!r} and {label.points!r}",
-                                  file=folder / NAME, remedy=_REMEDY)
-        return cls(folder, groups, labels, frozenset(map(str, value.get("done", ()))), str(value.get("scheme", "")),
-                   str(value.get("videos", "")))
+        folder = Path(folder)
+        path = folder / NAME
+        kept = read_record(_Kept, path, _REMEDY)
+        names = [label.image for label in kept.labels]
+        wrong = [name for name, (first, end) in kept.groups.items() if first >= end]
+        if not kept.groups or not names or len(set(names)) < len(names) or wrong:
+            raise DnnvssError(f"names {len(kept.groups)} groups{f' ({wrong[0]} is empty)' if wrong else ''} and "
+                              f"{len(names)} pictures, {len(set(names))} different ones", file=path, remedy=_REMEDY)
+        for label in kept.labels:
+            label.check(path)
+        return cls(folder, dict(kept.groups), kept.labels, frozenset(kept.done), kept.scheme, kept.videos)
 
     def save(self) -> "Sheet":
         """Write ``labels.json`` and return the sheet."""
@@ -175,6 +184,17 @@ class Sheet:
             if label.image not in self.done:
                 raise DnnvssError("its points are still a guess", file=self.folder / label.points, remedy=_LABEL)
         return np.stack([self.read(label) for label in self.labels])
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """What ``labels.json`` holds."""
+
+    groups: Mapping[str, tuple[int, int]] = setting(least=0, most=10_000)
+    labels: tuple[Label, ...] = ()
+    done: tuple[str, ...] = ()
+    scheme: str = ""
+    videos: str = ""
 
 
 def new_sheet(folder: Path, scheme: Scheme, videos: str, labels: Sequence[Label]) -> Sheet:

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from dnnvss import files
+from dnnvss.archives import Held, read_declared
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.mesh import signed_area
 from dnnvss.face.aam.search.level import Level, fit_level
@@ -132,17 +133,26 @@ class SearchModel:
         Raises:
             DnnvssError: the file is missing, damaged or of another version.
         """
-        arrays = files.read_arrays(path, _REMEDY)
-        if int(arrays.get("format", 0)) != _FORMAT:
-            raise DnnvssError("is no search model of this version", file=path, remedy=_REMEDY)
-        plain = json.loads(str(arrays["settings"]))
-        settings = SearchSettings(**{**plain, "scales": tuple(plain["scales"])})
-        shapes = Shapes(arrays["mean"], arrays["modes"], arrays["deviations"], arrays["triangles"])
-        count = len(arrays["scales"])
-        levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], settings.shape_prior,
-                             settings.project_out or i < count - 1) for i, s in enumerate(arrays["scales"]))
-        return cls(settings, shapes, levels, arrays["patch"], arrays["corner"],
-                   SearchLimits(*(float(v) for v in arrays["limits"])))
+        return files.read(path, _loaded, _REMEDY)
+
+
+def _loaded(path: Path) -> SearchModel:
+    arrays = read_declared(path, _ARRAYS, _REMEDY, more=True)
+    if int(arrays["format"]) != _FORMAT:
+        raise DnnvssError("is no search model of this version", file=path, remedy=_REMEDY)
+    plain = json.loads(str(arrays["settings"]))
+    settings = SearchSettings(**{**plain, "scales": tuple(plain["scales"])})
+    shapes = Shapes(arrays["mean"], arrays["modes"], arrays["deviations"], arrays["triangles"])
+    count = len(arrays["scales"])
+    levels = tuple(Level(shapes, float(s), arrays[f"appearance{i}"], settings.shape_prior,
+                         settings.project_out or i < count - 1) for i, s in enumerate(arrays["scales"]))
+    return SearchModel(settings, shapes, levels, arrays["patch"], arrays["corner"],
+                       SearchLimits(*(float(v) for v in arrays["limits"])))
+
+
+_ARRAYS = {
+    "format": Held((), "iu"), "settings": Held((), "U"), "mean": Held(("P", 2)), "modes": Held(("M", "P", 2)),
+    "deviations": Held(("M",)), "triangles": Held(("T", 3), "iu"), "scales": Held(("L",)), "limits": Held((3,))}
 
 
 def build(images: Sequence[np.ndarray], points: np.ndarray, settings: SearchSettings, limits: SearchLimits,

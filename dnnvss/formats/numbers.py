@@ -1,0 +1,29 @@
+"""Numbers as files of other tools write them: ASCII digits, finite, of a size that something measured can have."""
+
+import re
+
+LARGEST = 1e15
+"""Beyond it a number is a mistake of whoever wrote it."""
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
+_LONGEST = 60  # characters
+
+
+def number(text: str) -> float:
+    """The number that a text is.
+
+    Raises:
+        ValueError: it is none, has digits of another script, more than sixty characters, or is beyond all measure.
+    """
+    text = text.strip()
+    if len(text) > _LONGEST or not _NUMBER.fullmatch(text) or not abs(value := float(text)) < LARGEST:
+        raise ValueError(f"{text[:_LONGEST]!r} is no number")
+    return value
+
+
+def whole(text: str) -> int:
+    """The whole number from 0 that a text is; raises as :func:`number` does."""
+    value = number(text)
+    if value < 0 or value != int(value):
+        raise ValueError(f"{text[:_LONGEST]!r} is no whole number")
+    return int(value)
