@@ -8,6 +8,8 @@ from typing import Any
 from omegaconf import OmegaConf
 
 import dnnvss
+from dnnvss import files
+from dnnvss.errors import DnnvssError
 
 _PACKAGE = Path(dnnvss.__file__).parent
 
@@ -54,6 +56,19 @@ def help_text(folder: Path, name: str) -> str:
     lines.append("# conf/GROUP/NAME.yaml says what the settings of a group mean; give one as GROUP.SETTING=VALUE.\n"
                  "# --cfg job prints all settings with their values, --hydra-help hydra's own options.")
     return "\n".join(lines)
+
+
+def read_choice(path: Path) -> dict[str, Any]:
+    """The settings in one file of a group, which refers to no other, as plain containers.
+
+    Raises:
+        DnnvssError: the file is missing or no table of settings.
+    """
+    remedy = "Give a file such as those of conf/"
+    plain: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p), resolve=True), remedy)
+    if not isinstance(plain, dict):
+        raise DnnvssError("holds no table of settings", file=path, remedy=remedy)
+    return plain
 
 
 def _load(path: Path) -> dict[str, Any]:

@@ -6,7 +6,7 @@ Without a file it prints the whole page on features, ``docs/features.md``, from 
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnnvss.commands.conf import conf_folder
+from dnnvss.commands.conf import conf_folder, read_choice
 from dnnvss.commands.flags import Flags, given_as
 from dnnvss.commands.usage import DONE
 from dnnvss.errors import DnnvssError
@@ -22,14 +22,16 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--conf", type=Path, default=conf_folder() / "labels",
                         help="folder of all configurations, for the page (conf/labels)")
     options = parser.read(arguments)
-    from dnnvss.features.page import features_page, read_table, table_page
+    from dnnvss.features import FeatureTable
+    from dnnvss.features.page import features_page, table_page
 
+    found = options.files or sorted(options.conf.glob("*.yaml"))
+    if not found:
+        raise DnnvssError("holds no configuration", file=options.conf, remedy="Give a folder such as conf/labels")
+    tables = [(file.stem, FeatureTable.from_config(read_choice(file))) for file in found]
     if options.files:
-        pages = [table_page(file.stem, read_table(file), options.rate) for file in options.files]
+        pages = [table_page(name, table, options.rate) for name, table in tables]
     else:
-        found = sorted(options.conf.glob("*.yaml"))
-        if not found:
-            raise DnnvssError("holds no configuration", file=options.conf, remedy="Give a folder such as conf/labels")
-        pages = [features_page({file.stem: read_table(file) for file in found})]
+        pages = [features_page(dict(tables))]
     print("\n".join(pages), end="")
     return DONE

@@ -7,7 +7,7 @@ its true gestures, how well they are found again.
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnnvss.commands.conf import conf_folder
+from dnnvss.commands.conf import conf_folder, read_choice
 from dnnvss.commands.flags import Flags, given_as, whole
 from dnnvss.commands.usage import DONE
 from dnnvss.timing import FrameClock
@@ -21,12 +21,9 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--units", type=whole(2), nargs="+", default=[40, 80, 160], help="numbers of units to compare")
     parser.add_argument("--rate", type=given_as(FrameClock), default=FrameClock(100), help="frames a second (100)")
     options = parser.read(arguments)
-    from omegaconf import OmegaConf
-
-    from dnnvss import files
     from dnnvss.visemes.corpus import viseme_settings
     from dnnvss.visemes.report import corpus_report
 
-    config = files.read(options.visemes, OmegaConf.load, "Give a file of conf/visemes")
-    print(corpus_report(options.corpus, options.rate, viseme_settings(config), options.units), end="")
+    settings = viseme_settings(read_choice(options.visemes))
+    print(corpus_report(options.corpus, options.rate, settings, options.units), end="")
     return DONE

@@ -16,6 +16,7 @@ from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import pooled
+from dnnvss.evaluation.viseme_notes import unit_notes
 from dnnvss.face.base import Face
 from dnnvss.face.kinds import face_kind
 from dnnvss.formats.tables import aligned, markdown_numbers
@@ -27,7 +28,6 @@ from dnnvss.style.generator import PLAIN, Generator, make_style
 from dnnvss.systems import Example
 from dnnvss.systems.examples import Task, speech_frames, word_frames
 from dnnvss.systems.registry import null_systems
-from dnnvss.systems.viseme_notes import unit_notes
 from dnnvss.systems.viseme_plan import SOURCES
 
 LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_aperture", "gv_ratio", "silence",

@@ -1,13 +1,9 @@
 """Feature tables as Markdown: one configuration, or the whole page ``docs/features.md``."""
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from omegaconf import OmegaConf
 
-from dnnvss import files
 from dnnvss.features.block import Settings
 from dnnvss.features.catalogue import catalogue
 from dnnvss.features.sources import SOURCES
@@ -15,8 +11,6 @@ from dnnvss.features.table import FeatureTable
 from dnnvss.formats.tables import markdown_table
 from dnnvss.phones import ANSWERS, PHONES, QUESTIONS
 from dnnvss.timing import FrameClock
-
-_REMEDY = "Give a file of conf/labels, such as conf/labels/ph.yaml"
 
 _INTRODUCTION = """# Features
 
@@ -45,16 +39,6 @@ What the paper leaves open, and what we chose:
 - Numeric columns are scaled to zero mean and unit variance over the training frames; binary columns are left as
   they are.
 """
-
-
-def read_table(path: str | Path) -> FeatureTable:
-    """Return the table of a ``conf/labels`` file.
-
-    Raises:
-        DnnvssError: the file is missing or no YAML, or names a block that does not exist.
-    """
-    config: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p), resolve=True), _REMEDY)
-    return FeatureTable.from_config(config)
 
 
 def table_page(name: str, table: FeatureTable, clock: FrameClock) -> str:

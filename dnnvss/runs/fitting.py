@@ -12,6 +12,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import FACE, EncodedCorpus, encode_corpus
 from dnnvss.processes import parallel
 from dnnvss.render.pictures import keep_ground
+from dnnvss.runs.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.naming import check_begun, delete_run
 from dnnvss.runs.run import Run, make_model, provenance
@@ -20,7 +21,6 @@ from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
 from dnnvss.style.generator import Generator, learn_talker
 from dnnvss.systems import Example, NetworkModel, VisualModel
-from dnnvss.systems.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.systems.examples import make_examples, split_examples
 from dnnvss.systems.viseme_plan import UnitPlan
 

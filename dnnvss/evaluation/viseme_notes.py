@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from dnnvss.runs.corpus_visemes import CorpusUnits
 from dnnvss.systems.base import Example
-from dnnvss.systems.corpus_visemes import CorpusUnits
 from dnnvss.systems.viseme_plan import SOURCES, UnitPlan
 from dnnvss.visemes import unit_scores
 

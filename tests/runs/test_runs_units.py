@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from conftest import CLOCK
 
-from dnnvss.systems import corpus_visemes
-from dnnvss.systems.corpus_visemes import CorpusUnits
+from dnnvss.runs import corpus_visemes
+from dnnvss.runs.corpus_visemes import CorpusUnits
 from dnnvss.systems.viseme_predictor import UnitModel
 from dnnvss.timing import Tier
 
