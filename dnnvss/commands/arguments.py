@@ -10,7 +10,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +109,7 @@ def parse_arguments(command: SettingsCommand, arguments: Sequence[str]) -> Argum
             meant.
     """
     flags, words = _split(command, list(arguments))
+    _refuse_parted(command.bare, words)
     known = _Known(command, _folders(flags))
     swept = bool({"-m", "--multirun"} & set(flags))
     return Arguments(command, tuple(flags), tuple(known.checked(word, swept) for word in words))
@@ -142,6 +143,14 @@ def _split(command: SettingsCommand, arguments: list[str]) -> tuple[list[str], l
                     raise UsageError(f"{word} needs a value", remedy=f"Write {word} VALUE")
                 flags.append(arguments.pop(0))
     return flags, words
+
+
+def _refuse_parted(name: str, words: list[str]) -> None:
+    """Refuse ``text=Hello there``, which the shell parted at its spaces, and show it in quotes."""
+    for i, (word, behind) in enumerate(pairwise(words), 1):
+        if word.startswith(f"{name}=") and "=" not in behind and not behind.startswith("~"):
+            parts = [word.partition("=")[2], *takewhile(lambda w: "=" not in w, words[i:])]
+            raise UsageError(f"{behind} is no setting", remedy=f"Did you mean {_typed(name, ' '.join(parts))}?")
 
 
 def _unknown_flag(command: SettingsCommand, word: str, behind: list[str]) -> UsageError:

@@ -13,10 +13,14 @@ from dnnvss.errors import DnnvssError
 
 
 class Flags(argparse.ArgumentParser):
-    """A parser of the options of ``dnnvss COMMAND``, whose mistakes are :class:`UsageError`."""
+    """A parser of the options of ``dnnvss COMMAND``, whose mistakes are :class:`UsageError`.
+
+    Its description may be a module's docstring: a terminal shows it without the marks of code.
+    """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        kwargs["description"] = (kwargs.get("description") or "").replace("``", "")
         super().__init__(*args, **kwargs)
 
     def read(self, arguments: Sequence[str]) -> argparse.Namespace:

@@ -20,6 +20,8 @@ from dnnvss.face.aam.labelling.imports import import_into
 from dnnvss.face.aam.labelling.schemes import SCHEMES, find_scheme
 from dnnvss.face.aam.labelling.sheet import Sheet
 
+LABELS = "the folder that `dnnvss label choose` wrote"
+
 
 def choose(options: argparse.Namespace) -> None:
     """Export the frames to label."""
@@ -61,7 +63,8 @@ def check(options: argparse.Namespace) -> None:
         print(f"{doubt.image}: {doubt.problem}")
     if found:
         raise DnnvssError(f"{len({d.image for d in found})} of {len(sheet.labels)} labels need a look",
-                          file=options.folder, remedy=f"dnnvss label page {shlex.quote(str(options.folder))}")
+                          file=options.folder,
+                          remedy=f"Look at them on the page: dnnvss label page {shlex.quote(str(options.folder))}")
     print(f"all {len(sheet.labels)} labels are finished, and none looks wrong")
 
 
@@ -79,17 +82,18 @@ def main(arguments: Sequence[str]) -> int:
     chooser.add_argument("folder", type=Path, metavar="VIDEOS", help="folder of videos, or one video")
     chooser.add_argument("--count", type=whole(1), default=30, help="how many frames (30)")
     chooser.add_argument("--out", type=Path, default=Path("labels"), help="folder to write (labels)")
-    chooser.add_argument("--scheme", default="lips_jaw_nostrils", help=f"points to label: {', '.join(SCHEMES)}")
+    chooser.add_argument("--scheme", default="lips_jaw_nostrils",
+                         help=f"points to label: {', '.join(SCHEMES)} (the first)")
     chooser.add_argument("--seed", type=whole(0), default=0, help="another number, other frames (0)")
     pager = add("page", page, "serve the page on which the points are dragged")
-    pager.add_argument("folder", type=Path)
+    pager.add_argument("folder", type=Path, metavar="LABELS", help=LABELS)
     pager.add_argument("--port", type=whole(0, 65535), default=8765, help="of 127.0.0.1; 0 takes a free one (8765)")
     taker = add("import", take, "read the JSON of LabelMe, COCO keypoints (CVAT) or VIA")
-    taker.add_argument("folder", type=Path)
+    taker.add_argument("folder", type=Path, metavar="LABELS", help=LABELS)
     taker.add_argument("--from", dest="source", type=Path, required=True, metavar="JSON",
                        help="file, or folder of files")
     checker = add("check", check, "list labels that are unfinished or look wrong")
-    checker.add_argument("folder", type=Path)
+    checker.add_argument("folder", type=Path, metavar="LABELS", help=LABELS)
     options = parser.read(arguments)
     options.work(options)
     return DONE

@@ -17,8 +17,10 @@ def main(arguments: Sequence[str]) -> int:
     """Print the measurements of a corpus."""
     parser = Flags(prog="dnnvss visemes", description=__doc__)
     parser.add_argument("corpus", type=Path, metavar="CORPUS", help="folder of a prepared and encoded corpus")
-    parser.add_argument("--visemes", type=Path, default=conf_folder() / "visemes" / "default.yaml", help="settings")
-    parser.add_argument("--units", type=whole(2), nargs="+", default=[40, 80, 160], help="numbers of units to compare")
+    parser.add_argument("--visemes", type=Path, default=conf_folder() / "visemes" / "default.yaml",
+                        help="file of settings (conf/visemes/default.yaml)")
+    parser.add_argument("--units", type=whole(2), nargs="+", default=[40, 80, 160],
+                        help="numbers of units to compare (40 80 160)")
     parser.add_argument("--rate", type=given_as(FrameClock), default=FrameClock(100), help="frames a second (100)")
     options = parser.read(arguments)
     from dnnvss.visemes.corpus import viseme_settings

@@ -125,7 +125,8 @@ class Corpus:
             DnnvssError: the folder was not prepared, one of its files is damaged, or a name leads out of the folder.
         """
         root = Path(root)
-        remedy = "Prepare the corpus first: python -m data_prep corpus=NAME"
+        remedy = ("Prepare the corpus first: python -m data_prep corpus=NAME corpus.raw=FOLDER; "
+                  "corpus=demo, the built-in talker, needs no folder")
         info = read_record(CorpusInfo, root / "corpus.json", remedy)
         info.check(root / "corpus.json", remedy)
         return cls(root, info, read_utterances(root / "utterances.jsonl", remedy))

@@ -15,8 +15,8 @@ PointChoice = Literal["all"] | tuple[int, ...]
 Groups = Mapping[str, Sequence[int]]
 """Name of a landmark group to the half-open range of its rows (``CorpusInfo.landmark_groups``)."""
 
-_REMEDY = ("Name the groups of the corpus's corpus.json (landmark_groups) in the point set of conf/aam, or take the "
-           "one that fits: aam=folder (68 points), aam=labelled (40), aam=face100 (100), aam=default (146)")
+_REMEDY = ("Take the one that fits: aam=folder (68 points), aam=labelled (40), aam=face100 (100), aam=default (146); "
+           "or name the groups of the corpus (landmark_groups of its corpus.json) in a copy of conf/aam/folder.yaml")
 
 
 def _lips_jaw_nostrils() -> dict[str, PointChoice]:

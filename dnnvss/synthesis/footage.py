@@ -12,6 +12,9 @@ from dnnvss.render.filmed import Filmed, encode_footage
 from dnnvss.render.footage import talker_model
 from dnnvss.runs.run import Run
 
+_LANDMARKS = ("Save points (frames, points, 2) there, in pixels, of the same kind as the corpus's; where those come "
+              "from `dnnvss track LABELS VIDEOS`, that command writes it")
+
 
 def footage_files(into: str) -> list[Path]:
     """The files that ``into`` names; none where it is an utterance of the corpus."""
@@ -32,9 +35,12 @@ def read_footage(run: Run, into: str) -> Footage:
     path = Path(into)
     if path.is_file():
         marks: Path | None = path.with_suffix(".npz")
+        if not marks.is_file():
+            raise DnnvssError("no such file, and the footage has to have its landmarks there", file=marks,
+                              remedy=_LANDMARKS)
         described = path.parent / "landmarks.json"
         scale = read_marks(described)[1] if described.is_file() else 1.0
-        landmarks, rate = read_npz(path.with_suffix(".npz"), scale), video_info(path).rate
+        landmarks, rate = read_npz(marks, scale), video_info(path).rate
         images, points, valid = read_video(path), landmarks.points.astype(float), landmarks.valid
         source: str | Path = path
     else:

@@ -97,6 +97,8 @@ def test_other_settings_are_left_to_hydra() -> None:
     ("prepare my_videos", "my_videos is no setting. Did you mean corpus.raw=my_videos?"),
     ("speak --text hi", "--text is no option of speak. Did you mean text=hi?"),
     ("speak hello", "hello is no setting. Did you mean text=hello?"),
+    ("speak text=Hello, I am out=x.mp4", "I is no setting. Did you mean text='Hello, I am'?"),
+    ("prepare corpus=folder corpus.raw=my videos", "videos is no setting. Did you mean corpus.raw='my videos'?"),
     ("speak trainer=paper", "trainer=paper is not used by speak"),
     ("speak style=loud", "style=loud is unknown. There are articulated, plain"),
     ("speak rate=[1", "rate=[1 cannot be read"),
@@ -121,9 +123,17 @@ def test_a_mistake_on_the_command_line_is_told_with_what_was_meant(typed: str, s
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(name, "--help") == 0
-    assert len(capsys.readouterr().out.splitlines()) > 5
+    said = capsys.readouterr().out
+    assert len(said.splitlines()) > 5 and "``" not in said
     assert run_command("--help") == 0
     assert f"  {name} " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["page", "import", "check"])
+def test_help_of_labelling_says_which_folder_is_meant(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command("label", name, "--help") == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.startswith(f"usage: dnnvss label {name} ") and "LABELS the folder that `dnnvss label choose`" in said
 
 
 def test_help_says_what_settings_mean(capsys: pytest.CaptureFixture[str]) -> None:

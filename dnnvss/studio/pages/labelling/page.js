@@ -200,7 +200,7 @@ guarded(async () => {
   sheet.labels.forEach((l, i) => {
     const button = document.createElement("button"), image = new Image(), name = document.createElement("span");
     image.src = path("image", l.image); image.alt = ""; image.loading = "lazy";
-    name.textContent = button.title = `${l.video} ${l.frame}`;
+    name.textContent = `${l.frame} · ${l.video}`; button.title = `${l.video} ${l.frame}`;
     button.append(image, name); button.addEventListener("click", () => go(i)); $("frames").append(button);
   });
   sheet.groups.forEach((g, k) => {
