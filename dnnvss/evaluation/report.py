@@ -190,6 +190,7 @@ def _plain(value: float) -> float | None:
 
 
 def number(value: float) -> str:
+    """A number for a table: three decimals, two from 10 on, a dash where there is none."""
     return _DASH if np.isnan(value) else f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
 
 

@@ -85,10 +85,6 @@ class Tier:
         """Return for each frame the index of the segment that owns it, shape (T,); frame 0 begins at ``start``."""
         return np.repeat(np.arange(len(self)), np.diff(self.frame_edges(clock)))
 
-    def index_at(self, seconds: float) -> int:
-        """Return the index of the segment at a time; times outside belong to the first or the last segment."""
-        return int(self.indices_at(np.array([seconds]))[0])
-
     def indices_at(self, seconds: np.ndarray) -> np.ndarray:
         """The index (n,) of the segment at each of the times (n,); outside it is the first or the last segment."""
         return np.clip(np.searchsorted(self.edges, seconds, side="right") - 1, 0, len(self) - 1)

@@ -110,7 +110,7 @@ def test_a_corpus_is_prepared_and_comes_out_as_it_was_recorded(recorded, tmp_pat
         np.testing.assert_allclose(found[valid], stored[valid], atol=1e-6)
         assert len(read_audio(corpus.path(u, "audio"))) == u.frames * 640
     z = corpus.utterances["lgbz3a"].alignment
-    k = z["phones"].index_at(next(s.start for s in z["words"] if s.label == "z") + 0.01)
+    k = int(z["phones"].indices_at(np.array([next(s.start for s in z["words"] if s.label == "z") + 0.01]))[0])
     assert z["phones"].labels[k : k + 3] == ("Z", "EH", "D")
     assert {row["status"] for row in states(out).values()} == {"kept"}
 

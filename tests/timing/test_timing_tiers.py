@@ -73,8 +73,8 @@ def test_many_short_phones_at_ntsc_lose_nothing() -> None:
 
 
 @given(tiers(), st.floats(0, 6))
-def test_index_at(tier: Tier, seconds: float) -> None:
-    index = tier.index_at(seconds)
+def test_the_segment_at_a_time(tier: Tier, seconds: float) -> None:
+    index = int(tier.indices_at(np.array([seconds]))[0])
     inside = tier.start <= seconds < tier.end
     if inside:
         assert tier[index].start <= seconds < tier[index].end
