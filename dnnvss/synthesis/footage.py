@@ -34,13 +34,14 @@ def read_footage(run: Run, into: str) -> Footage:
     talker_model(run.face)  # what cannot be drawn is said before anything is read
     path = Path(into)
     if path.is_file():
-        marks: Path | None = path.with_suffix(".npz")
-        if not marks.is_file():
-            raise DnnvssError("no such file, and the footage has to have its landmarks there", file=marks,
+        beside = path.with_suffix(".npz")
+        if not beside.is_file():
+            raise DnnvssError("no such file, and the footage has to have its landmarks there", file=beside,
                               remedy=_LANDMARKS)
+        marks: Path | None = beside
         described = path.parent / "landmarks.json"
         scale = read_marks(described)[1] if described.is_file() else 1.0
-        landmarks, rate = read_npz(marks, scale), video_info(path).rate
+        landmarks, rate = read_npz(beside, scale), video_info(path).rate
         images, points, valid = read_video(path), landmarks.points.astype(float), landmarks.valid
         source: str | Path = path
     else:
