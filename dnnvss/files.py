@@ -125,6 +125,19 @@ _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 """Names that mean devices on Windows."""
 
 
+def make_folder(path: str | Path) -> Path:
+    """A folder that is there when this returns, with those above it.
+
+    Raises:
+        DnnvssError: it cannot be made, or a file has its name.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DnnvssError(f"cannot be made ({error.strerror or error})", file=path, remedy=_CLOSED) from error
+    return Path(path)
+
+
 def remove(path: str | Path) -> None:
     """Remove a file, if it is there.
 

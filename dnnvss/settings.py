@@ -46,6 +46,7 @@ class Checks:
         above, below: bounds that may not be reached.
         choices: all values that there are.
         infinite: whether a number may be infinite; one that is not a number is always refused.
+        nonzero: whether 0 is left out.
     """
 
     least: float | None = None
@@ -54,6 +55,7 @@ class Checks:
     below: float | None = None
     choices: tuple[Any, ...] | None = None
     infinite: bool = False
+    nonzero: bool = False
 
     @property
     def range(self) -> str:
@@ -64,7 +66,7 @@ class Checks:
         low = f"more than {self.above:g}" if self.above is not None else low
         high = f"{self.most:g} at most" if self.most is not None else ""
         high = f"less than {self.below:g}" if self.below is not None else high
-        return " and ".join(filter(None, (low, high)))
+        return " and ".join(filter(None, (low, high))) + (", not 0" if self.nonzero else "")
 
     def fault(self, value: float) -> str | None:
         """What is wrong with a number, None where nothing is."""
@@ -74,20 +76,20 @@ class Checks:
             return "is too little"
         if (self.most is not None and value > self.most) or (self.below is not None and value >= self.below):
             return "is too much"
-        return None
+        return "means nothing" if self.nonzero and value == 0 else None
 
 
 def setting(default: Any = dataclasses.MISSING, *, least: float | None = None, most: float | None = None,
             above: float | None = None, below: float | None = None, choices: Iterable[Any] | None = None,
-            infinite: bool = False, doc: str = "") -> Any:
+            infinite: bool = False, nonzero: bool = False, doc: str = "") -> Any:
     """A field of a settings dataclass, with its checks.
 
     Args:
         default: without one the setting is required; lists and mappings are copied for each instance.
-        least, most, above, below, choices, infinite: see :class:`Checks`.
+        least, most, above, below, choices, infinite, nonzero: see :class:`Checks`.
         doc: what the setting means, in half a sentence.
     """
-    checks = Checks(least, most, above, below, None if choices is None else tuple(choices), infinite)
+    checks = Checks(least, most, above, below, None if choices is None else tuple(choices), infinite, nonzero)
     metadata = {"checks": checks, "doc": doc}
     if isinstance(default, list | dict):
         return dataclasses.field(default_factory=lambda: type(default)(default), metadata=metadata)
@@ -215,6 +217,8 @@ def _read_union(kind: Any, value: Any, name: str, checks: Checks) -> Any:
     if value is None and type(None) in get_args(kind):
         return None
     members = [m for m in get_args(kind) if m is not type(None)]
+    if len(members) == 1 and hasattr(members[0], "from_setting"):
+        return _read(members[0], value, name, checks)  # it knows best what it takes
     for member in sorted(members, key=lambda m: m is not type(value)):
         try:
             return _read(member, value, name, checks)

@@ -87,3 +87,13 @@ def test_every_text_file_of_other_programs_is_read_in_every_encoding(encode: Enc
         before = described(reader(path))
         path.write_bytes(encode(path.read_text("utf-8")))
         assert described(reader(path)) == before, name
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file")
+    for wrong in (tmp_path / "taken", tmp_path / "taken" / "below", Path("/proc/dnnvss")):
+        with pytest.raises(DnnvssError, match=r"cannot be made \(.*\)\. Choose another place") as caught:
+            files.make_folder(wrong)
+        assert caught.value.file == wrong
+    assert (tmp_path / "taken").read_text() == "a file"
+    assert files.make_folder(tmp_path / "a" / "b").is_dir() and files.make_folder(tmp_path / "a").is_dir()

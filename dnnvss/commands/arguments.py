@@ -24,6 +24,8 @@ _FLAGS = {"--help": 0, "-h": 0, "--hydra-help": 0, "--version": 0, "--resolve": 
           "--config-path": 1, "-cp": 1, "--config-name": 1, "-cn": 1, "--config-dir": 1, "-cd": 1,
           "--info": 0, "-i": 0}
 """Hydra's own options, and how many values each takes."""
+_SHOWN = ("job", "hydra", "all")
+"""What hydra's ``--cfg`` takes."""
 _SWEPT = re.compile(r"^(choice|range|interval|glob|shuffle|sort|tag|extend_list)\(.*\)$", re.DOTALL)
 _PARSED = re.compile(r"^(?P<sign>\+\+|\+|~)?(?P<key>[^=]*)(?P<equals>=)?(?P<value>.*)$", re.DOTALL)
 
@@ -142,6 +144,8 @@ def _split(command: SettingsCommand, arguments: list[str]) -> tuple[list[str], l
                 if not arguments:
                     raise UsageError(f"{word} needs a value", remedy=f"Write {word} VALUE")
                 flags.append(arguments.pop(0))
+            if name in ("--cfg", "-c") and (flags[-1].partition("=")[2] or flags[-1]) not in _SHOWN:
+                raise UsageError(f"{name} shows one of {', '.join(_SHOWN)}", remedy=f"Write {name} job")
     return flags, words
 
 

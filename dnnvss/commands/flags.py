@@ -57,8 +57,8 @@ class Flags(argparse.ArgumentParser):
         return UsageError(problem, remedy=f"Did you mean {meant}?")
 
 
-def whole(least: int | None = None, most: int | None = None) -> Callable[[str], int]:
-    """A type of option: a whole number in a range."""
+def whole(least: int | None = None, most: int | None = None, nonzero: bool = False) -> Callable[[str], int]:
+    """A type of option: a whole number in a range, 0 left out where ``nonzero``."""
 
     def parse(text: str) -> int:
         try:
@@ -68,6 +68,8 @@ def whole(least: int | None = None, most: int | None = None) -> Callable[[str], 
         if (least is not None and value < least) or (most is not None and value > most):
             span = f"{least} to {most}" if most is not None else f"{least} or more"
             raise argparse.ArgumentTypeError(f"={text} is out of range: {span}")
+        if nonzero and value == 0:
+            raise argparse.ArgumentTypeError("=0 means nothing")
         return value
 
     return parse

@@ -79,6 +79,6 @@ class PrepareSettings:
     """``conf/prepare.yaml``."""
 
     corpus: CorpusSettings
-    jobs: int = setting(-1, least=-1)
+    jobs: int = setting(-1, least=-1, nonzero=True)
     backend: str = setting("loky", choices=("loky", "multiprocessing", "threading", "dask", "ray"))
     strict: bool = False

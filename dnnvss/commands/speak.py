@@ -131,4 +131,5 @@ def with_progress(frames: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
     """The pictures, with a bar that counts them."""
     from tqdm import tqdm
 
-    return iter(tqdm(frames, "rendering", unit=" frames", leave=False))
+    with tqdm(frames, "rendering", unit=" frames", leave=False) as bar:
+        yield from bar

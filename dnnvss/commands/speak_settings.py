@@ -17,6 +17,8 @@ _OUTPUTS = ("export_curves", "export_keys", "export_alignment")
 _ENDINGS = {"out": (".mp4", "export_curves=FILE.csv writes numbers"),
             "export_curves": (".csv", "the trajectory's .npz is written beside the video")}
 """Settings that name a file of one kind, and where other kinds are to be had."""
+_MOST_FRAMES = 1000
+"""Frames a second, beyond which no screen goes."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +46,13 @@ class SpeakSettings:
     into: str | None = setting(None)
     into_fill: str = setting("pingpong", choices=FILLS)
     render: str = setting("face")
-    scale: float = setting(1.0, above=0)
+    scale: float = setting(1.0, above=0, most=16)
     durations: str = setting("corpus", choices=("corpus", "model"))
     speed: float = setting(1.0, above=0)
     total: float | None = setting(None, above=0)
     lead_in: float = setting(250.0, least=0)
     lead_out: float = setting(350.0, least=0)
-    anticipation: float = setting(0.0)
+    anticipation: float = setting(0.0, least=-5000, most=5000)
     export_alignment: str | None = setting(None)
     export_curves: str | None = setting(None)
     overrides: str | None = setting(None)
@@ -73,8 +75,10 @@ def check_files(settings: SpeakSettings) -> None:
             raise DnnvssError(what, file=path, remedy=f"Check the path given as {name}=")
     for name, (ending, other) in _ENDINGS.items():
         path = getattr(settings, name)
-        if path and Path(path).suffix.lower() != ending:
+        if (path or name == "out") and Path(path).suffix.lower() != ending:
             raise DnnvssError(f"{name}={path} does not end in {ending}", remedy=f"Name it so; {other}")
+    if settings.rate is not None and settings.rate.rate > _MOST_FRAMES:
+        raise DnnvssError(f"rate={settings.rate.rate} is too much", remedy=f"Give {_MOST_FRAMES} at most")
     _check_places(settings)
 
 

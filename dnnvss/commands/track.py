@@ -24,7 +24,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--own", type=whole(0), default=0, metavar="N",
                         help="train again on N confident frames of the model's own, and track again; 0 for not")
     parser.add_argument("--colour", choices=("grey", "rgb"), default="grey", help="what is searched in (grey)")
-    parser.add_argument("--jobs", type=whole(), default=-1, help="processes; -1 for all cores")
+    parser.add_argument("--jobs", type=whole(-1, nonzero=True), default=-1, help="processes; -1 for all cores")
     options = parser.read(arguments)
     from dnnvss.face.aam.search.model import SearchSettings
     from dnnvss.face.aam.tracking import summary, track_folder

@@ -20,7 +20,8 @@ def find_face(folder: Path) -> tuple[Face, Path]:
     """
     places = RunFiles(folder)
     if places.config.is_file():
-        return load_face(places.face), RunSettings.load(folder).corpus_folder
+        corpus = RunSettings.load(folder).corpus_folder  # first: it knows a run of another version
+        return load_face(places.face), corpus
     return load_face(folder / FACE), folder.parents[1]
 
 

@@ -180,6 +180,9 @@ def _figure(width: float, height: float) -> Any:
 
 
 def _save(figure: Any, path: str | Path) -> Path:
+    known = figure.canvas.get_supported_filetypes()
+    if Path(path).suffix.lower().removeprefix(".") not in known:
+        raise DnnvssError("a picture cannot be written under this name", file=path, remedy="Name it .png, .pdf or .svg")
     with files.replacing(path) as temporary:
         figure.savefig(temporary)
     return Path(path)

@@ -73,7 +73,7 @@ def begin(folder: Path, settings: RunSettings, corpus: Corpus, first: bool = Tru
             return True
     elif first:
         delete_run(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    files.make_folder(folder)
     if first:
         settings.write(folder)
         files.write_json(places.provenance, asdict(provenance(settings, corpus.fingerprint)))

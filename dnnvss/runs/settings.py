@@ -48,7 +48,7 @@ class RunOptions:
     runs: str = setting("runs", doc="folder of run folders")
     run: str | None = setting(None, doc="the run folder; named by what changes results where None")
     overwrite: bool = setting(False, doc="train anew where a finished run has the same name")
-    jobs: int = setting(-1, least=-1, doc="processes of the stage that encodes faces; -1 for all cores")
+    jobs: int = setting(-1, least=-1, nonzero=True, doc="processes of the stage that encodes faces; -1 for all cores")
     sample: bool = setting(True, doc="render test sentences at the end")
     trajectory: TrajectorySettings
     style: StyleSettings

@@ -32,8 +32,8 @@ class Dials:
         DnnvssError: a dial or a time that is negative or not a number.
     """
 
-    articulation: float | None = setting(None, least=0)
-    by_group: Mapping[str, float] = setting({}, least=0)
+    articulation: float | None = setting(None, least=0, most=100)
+    by_group: Mapping[str, float] = setting({}, least=0, most=100)
     closures: bool = False
     contacts: bool = False
     rest: bool = False

@@ -101,6 +101,8 @@ def test_other_settings_are_left_to_hydra() -> None:
     ("prepare corpus=folder corpus.raw=my videos", "videos is no setting. Did you mean corpus.raw='my videos'?"),
     ("speak trainer=paper", "trainer=paper is not used by speak"),
     ("speak style=loud", "style=loud is unknown. There are articulated, plain"),
+    ("speak --cfg x", "--cfg shows one of job, hydra, all. Write --cfg job"),
+    ("speak style.articulation=1e9", "style.articulation=1000000000.0 is too much"),
     ("speak rate=[1", "rate=[1 cannot be read"),
     ("speak style.rest.deep=1", "style.rest.deep is no setting"),
     ("compare", "RUN is missing"),

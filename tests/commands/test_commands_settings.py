@@ -116,13 +116,17 @@ def test_every_setting_refuses_a_value_of_another_type_in_one_line(name: str, ch
 
 
 @pytest.mark.parametrize("typed, said", [
+    ("speak rate=abc", "rate=abc is no frame rate. Give frames a second, e.g. 25, 29.97 or 30000/1001"),
+    ("speak scale=1000", "scale=1000 is too much"), ("speak anticipation=1e9", "anticipation=1000000000.0 is too much"),
     ("speak key_positions=null", "key_positions=null is no list"), ("speak total=abc", "total=abc is no number"),
     ("train trainer.stream_weights=1", "trainer.stream_weights=1 is no list"),
     ("train aam.modes=abc", "aam.modes=abc is no number"), ("train seed=x", "seed=x is no whole number"),
     ("train labels.units=none", "labels.units=none is no whole number"),
     ("train trainer.share=2", "trainer.share=2 is too much"), ("train trainer.clip=.nan", "trainer.clip"),
     ("train trajectory.rate=fast", "trajectory.rate=fast is no frame rate"),
-    ("prepare jobs=many", "jobs=many is no whole number"),
+    ("prepare jobs=0", "jobs=0 means nothing. Give a whole number, -1 or more, not 0"),
+    ("train jobs=0", "jobs=0 means nothing"),
+    ("track labels videos --jobs 0", "--jobs=0 means nothing"), ("prepare jobs=many", "jobs=many is no whole number"),
 ])
 def test_a_wrong_value_ends_the_command_in_one_line(typed: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(*typed.split()) == 2

@@ -272,6 +272,7 @@ def test_curves_have_a_line_for_each_picture(home: Path) -> None:
     ("key_positions=[2]", r"key_positions\[0\]=2 is too much"),
     ("key_positions=null", "key_positions=null is no list"), ("total=abc", "total=abc is no number"),
     ("wav=nothing.wav", "nothing.wav: no such file.*given as wav="),
+    ("out=", r"out= does not end in \.mp4"), ("rate=1e9", "rate=1000000000 is too much. Give 1000 at most"),
     ("out=x.npz", r"out=x\.npz does not end in \.mp4.*export_curves"),
     ("export_curves=x.txt", r"export_curves=x\.txt does not end in \.csv"),
     ("+style.groups.jaw=[aam99]", "named 'aam99'"), ("+style.by_group.jaw=2", "no group is named 'jaw'"),

@@ -31,6 +31,13 @@ def test_trajectories_boundaries_and_labels_are_drawn(tmp_path: Path, monkeypatc
     assert cv2.imread(str(path)).std() > 5
 
 
+@pytest.mark.parametrize("name", ["", "a", "a.foo"])
+def test_a_name_that_is_no_picture_s_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(DnnvssError, match=r"cannot be written under this name\. Name it \.png"):
+        plots.plot_trajectories(tmp_path / name, {"x": np.zeros(25)}, 25, PHONES)
+    assert not list(tmp_path.iterdir())
+
+
 def test_nothing_to_plot_says_so(tmp_path: Path) -> None:
     with pytest.raises(DnnvssError, match="nothing to plot"):
         plots.plot_trajectories(tmp_path / "a.png", {}, 25, PHONES)
