@@ -9,7 +9,7 @@ from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss import files
-from dnnvss.corpus import CorpusInfo
+from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import LAYOUT_68, Marks, read_landmarks, read_marks
 from dnnvss.media.folders import VIDEOS, is_visible
@@ -20,9 +20,6 @@ SOUNDS = (".wav", ".flac", ".mp3")
 
 TIMES = (".TextGrid", ".lab")
 """Kinds of phone times; where an id has several, the first."""
-
-UNITS = {2: "px", 3: "mm"}
-"""Coordinates of a landmark to their unit."""
 
 _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .pts files, or ID_000001.pts, ..."
 

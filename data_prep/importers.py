@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+from dnnvss.corpus import UNITS
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import read_settings, setting, shown
 from dnnvss.text.variants import VARIANTS
@@ -25,7 +26,7 @@ class FolderSettings:
     credit: str = ""
     val: float = setting(0.05, least=0, below=1)
     test: float = setting(0.05, least=0, below=1)
-    dim: int = setting(2, choices=(2, 3))
+    dim: int = setting(2, choices=UNITS)
     rate: int | float | str | None = None
     sync: bool = False
 

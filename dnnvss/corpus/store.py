@@ -22,6 +22,8 @@ from dnnvss.timing import FrameClock
 
 SPLITS = ("train", "val", "test")
 """Splits of a corpus, and of each variant of it (``unseen_train``, ...)."""
+UNITS = {2: "px", 3: "mm"}
+"""Coordinates of a landmark to their unit."""
 _MOST = 100_000  # pixels of a side, points of a frame
 _POINTS = 1000  # of a frame, more than any markup has
 _SPARE = 1_000_000  # bytes of headers and of what older corpora keep beside the landmarks
@@ -87,12 +89,12 @@ class CorpusInfo:
     landmark_groups: Mapping[str, tuple[int, int]] = setting({}, least=0, most=_MOST)
     variant: str = setting("en_us", choices=("en_us", "en_gb"))
     credit: str = ""
-    dimensions: int = setting(2, choices=(2, 3))
-    unit: str = setting("px", choices=("px", "mm"))
+    dimensions: int = setting(2, choices=UNITS)
+    unit: str = setting(UNITS[2], choices=UNITS.values())
 
     def to_json(self) -> dict[str, Any]:
         """Plain containers; what later versions added is left out where it is as it always was."""
-        added = {"dimensions": 2, "unit": "px"}
+        added = {"dimensions": 2, "unit": UNITS[2]}
         return {name: value for name, value in asdict(self).items() if value != added.get(name)}
 
     def check(self, file: Path, remedy: str) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.archives import Held, read_declared
+from dnnvss.corpus import UNITS
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Gauge, name_groups
 from dnnvss.face.lips import mouth_gauges
@@ -92,7 +93,7 @@ class PointsFace:
     @property
     def unit(self) -> str:
         """Pixels of the reference frame, or millimetres."""
-        return {2: "px", 3: "mm"}[self.dimensions]
+        return UNITS[self.dimensions]
 
     @cached_property
     def names(self) -> tuple[str, ...]:

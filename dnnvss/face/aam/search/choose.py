@@ -100,7 +100,7 @@ def spread_out(features: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
     Rows farthest from each other are gathered first, so that what is frequent (a closed mouth at rest) has no more
     weight than what is rare; their k-means clusters are each represented by the nearest row.
     """
-    gathered = farthest(features, min(len(features), _SPREAD * count), seed)
+    gathered = farthest(features, min(len(features), _SPREAD * count))
     if len(gathered) <= count:
         return np.sort(gathered)
     fitted = KMeans(count, n_init=4, random_state=seed).fit(features[gathered])
@@ -112,7 +112,7 @@ def spread_out(features: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
     return np.sort(chosen)
 
 
-def farthest(features: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
+def farthest(features: np.ndarray, count: int) -> np.ndarray:
     """Return rows (count,), from the one nearest to the mean on, each the farthest from all before it."""
     first = int(((features - features.mean(axis=0)) ** 2).sum(axis=1).argmin())
     rows, gap = [first], ((features - features[first]) ** 2).sum(axis=1)

@@ -31,7 +31,6 @@ class Found:
         unusual: RMS shape parameter in standard deviations.
         outside: share of the points that lie outside the picture.
         iterations: steps over all levels.
-        converged: the last level ended by itself.
     """
 
     points: np.ndarray
@@ -41,7 +40,6 @@ class Found:
     unusual: float
     outside: float
     iterations: int
-    converged: bool
 
 
 def search(model: SearchModel, image: np.ndarray, start: np.ndarray, wide: bool = False) -> Found:
@@ -59,7 +57,7 @@ def search(model: SearchModel, image: np.ndarray, start: np.ndarray, wide: bool 
         start = _bettered(model, image, start)
     settings = model.settings
     points, parameters = model.shapes.project(np.asarray(start, np.float32).T / np.float32(size))
-    iterations, converged, error, texture = 0, False, 1.0, np.zeros(1)
+    iterations, error, texture = 0, 1.0, np.zeros(1)
     views = crops_of(image, points.T * size, size, [level.scale for level in model.levels], settings.colour)
     for level, view in zip(model.levels, views, strict=True):
         zoom, origin = view.zoom * np.float32(size), view.origin * view.zoom
@@ -70,13 +68,13 @@ def search(model: SearchModel, image: np.ndarray, start: np.ndarray, wide: bool 
             farthest = float(np.abs(moved - points).max())
             points = moved
             iterations += 1
-            if converged := farthest < settings.tolerance:
+            if farthest < settings.tolerance:
                 break
     points = points.T * size
     height, width = image.shape[:2]
     outside = float(((points < 0) | (points > (width, height))).any(axis=1).mean())
     unusual = float(np.sqrt(((parameters / model.shapes.deviations) ** 2).mean()))
-    return Found(points, parameters, error, model.sharpness(texture), unusual, outside, iterations, converged)
+    return Found(points, parameters, error, model.sharpness(texture), unusual, outside, iterations)
 
 
 def _bettered(model: SearchModel, image: np.ndarray, start: np.ndarray) -> np.ndarray:
