@@ -1,5 +1,6 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
 # make test: environment, linter, type checker, order of imports, tests.
+# make fuzz: some thousand damaged files, each to end in an answer or in an error of ours.
 # make docs: the site with the API from the docstrings, in site/; a warning is an error.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
@@ -7,7 +8,7 @@ PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo test lint docs clean
+.PHONY: demo test lint docs fuzz clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
@@ -21,6 +22,9 @@ lint: $(READY)
 	$(PY) -m ruff check .
 	$(PY) -m mypy
 	$(VENV)/bin/lint-imports --no-logo --no-cache
+
+fuzz: $(READY)
+	DNNVSS_FUZZ=300 $(PY) -m pytest -n auto tests/fuzz
 
 docs: $(VENV)/docs-ready
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet

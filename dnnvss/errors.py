@@ -2,6 +2,8 @@
 
 from os import PathLike
 
+_LONGEST = 1000  # letters of a problem; a damaged file may quote itself without end
+
 
 class DnnvssError(Exception):
     """A mistake in the input, said so that it can be mended.
@@ -23,6 +25,7 @@ class DnnvssError(Exception):
         utterance: str | None = None,
         remedy: str | None = None,
     ) -> None:
+        problem = problem if len(problem) <= _LONGEST else f"{problem[:_LONGEST]}..."
         self.problem, self.file, self.utterance, self.remedy = problem, file, utterance, remedy
         where = [str(file)] if file is not None else []
         where += [f"utterance {utterance}"] if utterance is not None else []

@@ -116,11 +116,13 @@ def check_name(name: str, folder: Path) -> None:
     """
     parts = PurePosixPath(name).parts
     odd = not parts or PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or ".." in parts
-    if odd or "\\" in name or any(ord(c) < 32 for c in name) or any(_DEVICES.fullmatch(part) for part in parts):
+    odd = odd or any(len(part.encode(errors="replace")) > _LONGEST or _DEVICES.fullmatch(part) for part in parts)
+    if odd or "\\" in name or any(ord(c) < 32 for c in name):
         raise DnnvssError(f"the name {name!r} leads out of the folder", file=folder, remedy=_STRANGE)
 
 
 _STRANGE = "Do not use these files unless you know who wrote them; put the file itself into the folder"
+_LONGEST = 240  # bytes of a part of a name; systems allow 255, and temporary files have longer names
 _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 """Names that mean devices on Windows."""
 

@@ -33,6 +33,8 @@ T = TypeVar("T")
 MISSING = "???"
 """What stands in a file of ``conf/`` for a value that the command line has to give."""
 
+_LARGEST = 2**63  # of whole numbers
+
 _NOUNS: dict[Any, str] = {int: "whole number", float: "number", bool: "true or false", str: "text", Path: "path",
                           type(None): "null"}
 
@@ -198,6 +200,9 @@ def _read_leaf(kind: Any, value: Any, name: str, checks: Checks) -> Any:
     if not _fits(get_origin(kind) or kind, value):
         _refuse(name, value, kind, checks)
     if kind in (int, float):
+        if isinstance(value, Integral) and abs(int(value)) > _LARGEST:
+            raise DnnvssError(f"{name}: a number of {int(value).bit_length()} bits is too much",
+                              remedy=f"Give {_expected(kind, checks)}")
         if (fault := checks.fault(kind(value))) is not None:
             raise DnnvssError(f"{name}={shown(value)} {fault}", remedy=f"Give {_expected(kind, checks)}")
         value = kind(value)

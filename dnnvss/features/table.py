@@ -165,8 +165,8 @@ class FeatureTable:
         Raises:
             DnnvssError: this version of the program means something else by one of the blocks.
         """
-        settings = read_settings(Settings, description["settings"], "labels")
-        table = cls(tuple(b["name"] for b in description["blocks"]), settings)
+        settings = read_settings(Settings, description.get("settings", {}), "labels")
+        table = cls(tuple(block["name"] for block in _described(description)), settings)
         table.check(description)
         return table
 
@@ -176,7 +176,7 @@ class FeatureTable:
         Raises:
             DnnvssError: it has not; the message names the first block that differs.
         """
-        ours, theirs = [b.describe() for b in self.blocks], description["blocks"]
+        ours, theirs = [b.describe() for b in self.blocks], _described(description)
         for mine, other in zip_longest(ours, theirs):
             if mine is None or other is None:
                 where, name = ("here", mine["name"]) if mine else ("in the run", other["name"])
@@ -191,6 +191,20 @@ class FeatureTable:
                 continue
             raise DnnvssError(f"the feature tables differ: {problem}",
                               remedy="Use the labels configuration that the run was trained with, or train again")
+
+
+def _described(description: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The blocks of a described table.
+
+    Raises:
+        DnnvssError: they have no names, widths or digests.
+    """
+    blocks = description.get("blocks")
+    if isinstance(blocks, list | tuple) and all(isinstance(block, Mapping) for block in blocks):
+        known = [(block.get("name"), block.get("width"), block.get("digest")) for block in blocks]
+        if all([type(part) for part in block] == [str, int, str] for block in known):
+            return list(blocks)
+    raise DnnvssError("holds no description of a feature table", remedy="Write it again")
 
 
 def _slices(blocks: tuple[Block, ...]) -> dict[str, slice]:

@@ -16,7 +16,7 @@ from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
-from dnnvss.settings import read_settings, setting
+from dnnvss.settings import read_settings, setting, shown
 from dnnvss.style.generator import StyleSettings
 from dnnvss.systems.examples import Task
 from dnnvss.timing import FrameClock
@@ -54,6 +54,10 @@ class RunOptions:
     style: StyleSettings
 
 
+_NAMED = (("corpus", "out"), ("corpus", "split"), ("labels", "name"), ("model", "name"), ("face", "kind"))
+"""What every group that is read later says of itself, as text."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RunSettings(RunOptions):
     """What a run is trained with, as its ``config.yaml`` keeps it.
@@ -81,9 +85,13 @@ class RunSettings(RunOptions):
         values = files.read(path, _plain, "Train a system first: python train.py")
         _check_version(RunFiles(folder), values)
         try:
-            return read_settings(cls, values, "")
+            found = read_settings(cls, values, "")
+            for group, name in _NAMED:
+                if not isinstance(value := getattr(found, group).get(name), str):
+                    raise DnnvssError(f"{group}.{name}={shown(value)} is no text")
         except DnnvssError as error:
             raise DnnvssError(error.problem, file=path, remedy=_anew(folder, values)) from error
+        return found
 
     def write(self, folder: Path) -> Path:
         """Keep the settings in a run folder and return the path."""
@@ -135,17 +143,22 @@ def _plain(path: Path) -> Any:
     """What a run's YAML says, as plain containers; nothing in it is looked up, imported or repeated.
 
     Raises:
-        DnnvssError: it is larger than any run's, or holds an alias, by which a few lines grow without end.
+        DnnvssError: it is larger or deeper than any run's, or holds an alias, by which a few lines grow without end.
     """
     text = files.read_text(path, _WRITTEN)
     if len(text) > _LONGEST:
         raise DnnvssError(f"has {len(text)} characters", file=path, remedy=_WRITTEN)
-    if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader)):
-        raise DnnvssError("holds an alias (*NAME)", file=path, remedy=_WRITTEN)
+    depth = 0
+    for event in yaml.parse(text, yaml.SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if isinstance(event, yaml.AliasEvent):
+            raise DnnvssError("holds an alias (*NAME)", file=path, remedy=_WRITTEN)
+        if depth > _DEEPEST:
+            raise DnnvssError(f"holds more than {_DEEPEST} values in each other", file=path, remedy=_WRITTEN)
     return OmegaConf.to_container(OmegaConf.create(text))
 
 
-_LONGEST = 2**20
+_LONGEST, _DEEPEST = 2**20, 50
 _WRITTEN = "Use the file that train.py wrote into the run folder"
 
 
