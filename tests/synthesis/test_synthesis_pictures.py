@@ -70,7 +70,7 @@ def test_landmarks_beside_a_video_are_divided_by_their_scale(run: SimpleNamespac
     files.write_json(film.parent / "landmarks.json", {"groups": GROUPS, "scale": 4})
     code = read_footage(run, str(film)).code  # type: ignore[arg-type]
     assert (code.valid == plain.valid).all() and code.pose == pytest.approx(plain.pose, abs=1e-3)
-    for wrong, message in (({"scale": 0}, "scale is 0"), ([4], "cannot be read")):
+    for wrong, message in (({"scale": 0}, "scale=0 is too little"), ([4], r"\[4\] is no table")):
         files.write_json(film.parent / "landmarks.json", wrong)
         with pytest.raises(DnnvssError, match=rf"landmarks\.json: {message}"):
             read_footage(run, str(film))  # type: ignore[arg-type]
