@@ -214,7 +214,9 @@ def _read_leaf(kind: Any, value: Any, name: str, checks: Checks) -> Any:
 def _fits(kind: Any, value: Any) -> bool:
     if kind in (int, float):
         return isinstance(value, Integral if kind is int else Real) and not isinstance(value, bool)
-    return isinstance(value, str | Path if kind is Path else kind)
+    if kind is Path:  # an empty one, such as a variable of a shell that is not set, would be the working directory
+        return isinstance(value, Path) or (isinstance(value, str) and value.strip() != "")
+    return isinstance(value, kind)
 
 
 def _read_union(kind: Any, value: Any, name: str, checks: Checks) -> Any:

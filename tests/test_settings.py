@@ -66,6 +66,7 @@ def test_values_become_what_the_annotation_says() -> None:
     ({"graph": [1]}, "every.graph=[1] is no true or false. Give true or false."),
     ({"graph": 1}, "every.graph=1 is no true or false. Give true or false."),
     ({"name": 5}, "every.name=5 is no text. Give text."),
+    ({"raw": ""}, "every.raw='' is no path. Give a path."),
     ({"raw": 5}, "every.raw=5 is no path. Give a path."),
     ({"total": "abc"}, "every.total=abc is no number. Give a number, more than 0 or null."),
     ({"modes": "abc"}, "every.modes=abc is no number. Give a number, more than 0."),
