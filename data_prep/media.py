@@ -5,13 +5,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import av
 import numpy as np
 
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
-from dnnvss.media import SPEECH_RATE, read_audio, video_info, write_wav
+from dnnvss.media import SPEECH_RATE, opened, read_audio, video_info, write_wav
 
 _REMEDY = "Convert the file to MP4 (H.264, AAC) and check that it plays"
 
@@ -61,7 +60,7 @@ def _pictures(video: Path, rate: Fraction) -> np.ndarray:
         DnnvssError: no picture, pictures that the file tells to be turned, or a frame rate that is not constant.
     """
     small, first = [], None
-    with av.open(str(video)) as container:
+    with opened(video) as container:
         container.streams.video[0].thread_type = "AUTO"
         for index, frame in enumerate(container.decode(video=0)):
             if frame.rotation % 360:
@@ -82,7 +81,7 @@ def sound_start(video: Path) -> float:
     """Return the seconds from the start of the first picture to the first sample, as the file's time stamps say."""
     starts = []
     for kind in ("audio", "video"):
-        with av.open(str(video)) as container:
+        with opened(video) as container:
             frames: Any = container.decode(**{kind: 0})
             time = next((frame.time for frame in frames), None)
             starts.append(time or 0.0)

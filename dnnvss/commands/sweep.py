@@ -20,6 +20,7 @@ from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.runs import naming
 from dnnvss.runs.run import Run
+from dnnvss.staging import abandoned, held
 
 
 def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig], float]:
@@ -51,7 +52,11 @@ class Notes(Callback):
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Make the folder of notes; copies of the callback take its path with them."""
         where = Path(OmegaConf.select(config, "hydra.sweep.dir", default=".")).absolute()
+        for left in where.glob(".sweep-*"):  # of sweeps that were killed
+            if left.is_dir() and abandoned(left):
+                shutil.rmtree(left, ignore_errors=True)
         self.notes = Path(tempfile.mkdtemp(prefix=".sweep-", dir=where))
+        held(self.notes)  # until this process ends
 
     def note(self, config: DictConfig, job_return: Any) -> None:
         """Note what a job was given, and its configuration."""

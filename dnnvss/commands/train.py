@@ -13,6 +13,7 @@ from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
+from dnnvss.processes import end_with_parent
 from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import begin, encode, gather, keep, new_model
@@ -42,6 +43,8 @@ def train(config: DictConfig) -> float:
     corpus = Corpus.open(settings.corpus_folder)
     model = new_model(settings)
     folder, helper = run_folder(settings, corpus.fingerprint), process_number() > 0
+    if helper:
+        end_with_parent()
     places = RunFiles(folder)
     if begin(folder, settings, corpus, first=not helper):
         return _told(places)

@@ -4,6 +4,7 @@ from dnnvss.media.reading import (
     SOUND_RATE,
     SPEECH_RATE,
     VideoInfo,
+    opened,
     read_audio,
     read_video,
     video_frames,
@@ -13,5 +14,5 @@ from dnnvss.media.reading import (
 from dnnvss.media.sound import Sound
 from dnnvss.media.writing import write_video
 
-__all__ = ["SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "read_audio", "read_video", "video_frames", "video_info",
-           "write_video", "write_wav"]
+__all__ = ["SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "opened", "read_audio", "read_video", "video_frames",
+           "video_info", "write_video", "write_wav"]

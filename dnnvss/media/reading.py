@@ -21,6 +21,25 @@ SOUND_RATE = 48000
 _REMEDY = "Convert the file to MP4 (H.264, AAC) and check that it plays"
 
 
+_CONTAINERS = (
+    "3g2", "3gp", "aac", "ac3", "aiff", "amr", "ape", "apng", "asf", "au", "avi", "caf", "dv", "eac3", "flac", "flv", "gif",
+    "h264", "hevc", "ivf", "m4a", "m4v", "matroska", "mj2", "mjpeg", "mov", "mp3", "mp4", "mpc", "mpc8", "mpeg", "mpegts",
+    "mpegvideo", "mxf", "nistsphere", "nut", "obu", "ogg", "rm", "sox", "tak", "tta", "voc", "w64", "wav", "webm", "wtv",
+    "wv", "yuv4mpegpipe")
+"""What is read: files that hold their own pictures and sound. Playlists (HLS, DASH, concat, SDP) name other files and
+addresses, and come in files of any name."""
+
+
+def opened(path: str | Path) -> av.container.InputContainer:
+    """A recording, opened; it reads nothing but its own file.
+
+    Raises:
+        FFmpegError: it is no recording, or a list of other files.
+    """
+    only = {"format_whitelist": ",".join(_CONTAINERS), "protocol_whitelist": "file"}
+    return av.open(str(path), container_options=only)
+
+
 @dataclass(frozen=True)
 class VideoInfo:
     """Width and height in pixels, frame rate, and whether there is sound."""
@@ -38,7 +57,7 @@ def video_info(path: str | Path) -> VideoInfo:
     """
 
     def probe(p: Path) -> VideoInfo:
-        with av.open(str(p)) as container:
+        with opened(p) as container:
             if not container.streams.video:
                 raise DnnvssError("has no video stream", file=p, remedy=_REMEDY)
             stream = container.streams.video[0]
@@ -58,7 +77,7 @@ def read_video(path: str | Path) -> np.ndarray:
     """
 
     def decode(p: Path) -> np.ndarray:
-        with av.open(str(p)) as container:
+        with opened(p) as container:
             if not container.streams.video:
                 raise DnnvssError("has no video stream", file=p, remedy=_REMEDY)
             container.streams.video[0].thread_type = "AUTO"
@@ -81,7 +100,7 @@ def video_frames(path: str | Path, size: tuple[int, int] | None = None, grey: bo
     Raises:
         DnnvssError: the file is missing, unreadable, breaks off or holds no frame.
     """
-    container = files.read(path, lambda p: av.open(str(p)), _REMEDY)
+    container = files.read(path, opened, _REMEDY)
     width, height = size or (None, None)
     with container:
         if not container.streams.video:
@@ -106,7 +125,7 @@ def read_audio(path: str | Path, rate: int = SPEECH_RATE) -> np.ndarray:
     """
 
     def decode(p: Path) -> np.ndarray:
-        with av.open(str(p)) as container:
+        with opened(p) as container:
             if not container.streams.audio:
                 raise DnnvssError("has no sound", file=p, remedy="Give a recording with an audio stream")
             resampler = av.AudioResampler(format="flt", layout="mono", rate=rate)
