@@ -8,7 +8,7 @@ PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo test lint docs fuzz clean
+.PHONY: demo test lint docs fuzz kills audit clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
@@ -26,6 +26,19 @@ lint: $(READY)
 fuzz: $(READY)
 	DNNVSS_FUZZ=300 $(PY) -m pytest -n auto tests/fuzz
 
+# Every command killed at every move of a file, before and after it, and run again: about a quarter of an hour.
+kills: $(READY)
+	folder=$$(mktemp -d) && PYTHONPATH=. $(PY) tests/kills.py $$folder; status=$$?; rm -rf $$folder; exit $$status
+
+# The pinned versions against the advisories of PyPI; where these cannot be asked, it says so.
+audit: $(VENV)/audit-ready
+	$(PY) tests/audit.py
+
+$(VENV)/audit-ready: $(READY)
+	$(PYTHON) -m venv $(VENV)-audit
+	-$(VENV)-audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit
+	touch $@
+
 docs: $(VENV)/docs-ready
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
 	@echo "The site is in site/: open site/index.html, or serve it: $(PY) -m mkdocs serve"
@@ -41,4 +54,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) data/demo runs site demo.*
+	rm -rf $(VENV) $(VENV)-audit data/demo runs site demo.*

@@ -23,7 +23,10 @@ from pathlib import Path
 from dnnvss import staging
 
 FAST = ("trainer.epochs=1", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
-        "model.network.hidden=[8]", "aam.modes=4", "jobs=1", "sample=false")
+        "model.network.hidden=[8]", "aam.modes=8", "jobs=1", "sample=false")
+ROOT = Path(__file__).parents[1]
+MOVES: list[Path] = []
+"""What the command of this fork has moved."""
 VOLATILE = ("tensorboard", "checkpoints")
 """Folders whose files hold the time at which they were written."""
 
@@ -69,7 +72,12 @@ class Trial:
         return f"{self.command} killed {when} move {self.move}: {self.problem or 'the same files'}"
 
 
-def run(words: tuple[object, ...], log: Path, kill: int = 0, after: bool = False, count: Path | None = None) -> int:
+def _nothing() -> None:
+    """What comes before and after most commands."""
+
+
+def run(words: tuple[object, ...], log: Path, kill: int = 0, after: bool = False,
+        prepare: Callable[[], None] = _nothing, finish: Callable[[], None] = _nothing) -> int:
     """Run a command in a fork; return its status, negative where a signal ended it.
 
     Args:
@@ -77,34 +85,35 @@ def run(words: tuple[object, ...], log: Path, kill: int = 0, after: bool = False
         log: what it prints goes there.
         kill: the move at which it is killed; 0 for none.
         after: whether it is killed when the file was moved, or before that.
-        count: where the number of its moves is written.
+        prepare, finish: called in the fork before and after the command.
     """
     sys.stdout.flush()
     child = os.fork()
     if not child:
-        os._exit(_child([str(word) for word in words], log, kill, after, count))
+        os._exit(_child([str(word) for word in words], log, kill, after, prepare, finish))
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-def _child(words: list[str], log: Path, kill: int, after: bool, count: Path | None) -> int:
+def _child(words: list[str], log: Path, kill: int, after: bool, prepare: Callable[[], None],
+           finish: Callable[[], None]) -> int:
     from dnnvss.commands.entry import main
 
     out = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.dup2(out, 1)
     os.dup2(out, 2)
-    moves, moved = 0, staging.move
+    moved = staging.move
 
     def move(file: Path, path: Path) -> None:
-        nonlocal moves
-        moves += 1
+        MOVES.append(path)
         if after:
             moved(file, path)
-        if moves == kill:
+        if len(MOVES) == kill:
             os.kill(os.getpid(), signal.SIGKILL)
         if not after:
             moved(file, path)
 
     staging.move = move
+    prepare()
     try:
         status = main(words)
     except SystemExit as ended:
@@ -116,8 +125,7 @@ def _child(words: list[str], log: Path, kill: int, after: bool, count: Path | No
         status = 99
     sys.stdout.flush()
     sys.stderr.flush()
-    if count is not None:
-        count.write_text(str(moves))
+    finish()
     return status
 
 
@@ -139,7 +147,7 @@ def made(folder: Path) -> Path:
     home = folder / "home"
     base = folder / "made"
     if not base.is_dir():
-        _fresh(home, None, ())
+        fresh(home, None, ())
         words = [COMMANDS["prepare"].words(home), COMMANDS["train"].words(home)]
         words[0] = tuple("corpus.sentences=8" if "sentences" in str(w) else w for w in words[0])
         for each in words:
@@ -148,12 +156,13 @@ def made(folder: Path) -> Path:
     return base
 
 
-def _fresh(home: Path, base: Path | None, needs: tuple[str, ...]) -> None:
+def fresh(home: Path, base: Path | None, needs: tuple[str, ...], whole: bool = False) -> None:
+    """Begin a home folder anew, with copies of what is needed; the face of a corpus only where ``whole``."""
     shutil.rmtree(home, ignore_errors=True)
     home.mkdir(parents=True)
     for name in needs:
         assert base is not None
-        ignored = shutil.ignore_patterns("face") if name == "data" else None  # which training makes
+        ignored = shutil.ignore_patterns("face") if name == "data" and not whole else None  # which training makes
         shutil.copytree(base / name, home / name, ignore=ignored)
 
 
@@ -161,14 +170,14 @@ def trials(folder: Path, name: str, few: int = 0) -> Iterator[Trial]:
     """Kill a command at its moves, all of them or a few; yield what came of each."""
     base, command, home, log = made(folder), COMMANDS[name], folder / "home", folder / "log"
     words = command.words(home)
-    _fresh(home, base, command.needs)
+    fresh(home, base, command.needs)
     log.write_text("")
-    if run(words, log, count=folder / "count"):
+    if run(words, log, finish=lambda: (folder / "count").write_text(str(len(MOVES))) and None):
         raise AssertionError(f"{name} alone: {log.read_text()}")
     whole, moves = state(home), int((folder / "count").read_text())
     for move in _spread(moves, few):
         for after in (False, True):
-            _fresh(home, base, command.needs)
+            fresh(home, base, command.needs)
             log.write_text("")
             killed = run(words, log, move, after)
             again = run(words, log)

@@ -22,10 +22,10 @@ _REMEDY = "Convert the file to MP4 (H.264, AAC) and check that it plays"
 
 
 _CONTAINERS = (
-    "3g2", "3gp", "aac", "ac3", "aiff", "amr", "ape", "apng", "asf", "au", "avi", "caf", "dv", "eac3", "flac", "flv", "gif",
-    "h264", "hevc", "ivf", "m4a", "m4v", "matroska", "mj2", "mjpeg", "mov", "mp3", "mp4", "mpc", "mpc8", "mpeg", "mpegts",
-    "mpegvideo", "mxf", "nistsphere", "nut", "obu", "ogg", "rm", "sox", "tak", "tta", "voc", "w64", "wav", "webm", "wtv",
-    "wv", "yuv4mpegpipe")
+    "3g2", "3gp", "aac", "ac3", "aiff", "amr", "ape", "apng", "asf", "au", "avi", "caf", "dv", "eac3",
+    "flac", "flv", "gif", "h264", "hevc", "ivf", "m4a", "m4v", "matroska", "mj2", "mjpeg", "mov", "mp3",
+    "mp4", "mpc", "mpc8", "mpeg", "mpegts", "mpegvideo", "mxf", "nistsphere", "nut", "obu", "ogg", "rm",
+    "sox", "tak", "tta", "voc", "w64", "wav", "webm", "wtv", "wv", "yuv4mpegpipe")
 """What is read: files that hold their own pictures and sound. Playlists (HLS, DASH, concat, SDP) name other files and
 addresses, and come in files of any name."""
 
