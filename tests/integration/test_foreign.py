@@ -44,7 +44,8 @@ def test_what_is_foreign_runs_reads_and_writes_nothing(case: str, played: dict[s
 def test_the_watcher_sees_what_it_must(tmp_path: Path) -> None:
     place = hostile.Place(tmp_path / "home", tmp_path / "secret")
     events = [("os.system", ("ls",)), ("pickle.find_class", ("posix", "system")),
-              ("open", (f"{place.secret}/a", "r", 0)), ("open", ("/etc/x", "w", os.O_WRONLY)), ("os.rename", (f"{place.home}/a", "/etc/x", -1, -1)),
+              ("open", (f"{place.secret}/a", "r", 0)), ("open", ("/etc/x", "w", os.O_WRONLY)),
+              ("os.rename", (f"{place.home}/a", "/etc/x", -1, -1)),
               ("exec", (compile("1", "/tmp/evil.py", "exec"),)), ("subprocess.Popen", ("sh", [], None, None)),
               ("socket.connect", (None, ("10.0.0.1", 80)))]
     watch = hostile.Watch(place)
