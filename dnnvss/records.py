@@ -51,7 +51,7 @@ def read_value(path: str | Path, names: str, kind: type[T], remedy: str) -> T:
     value = files.read_json(path, remedy)
     for name in names.split("."):
         value = value.get(name) if isinstance(value, Mapping) else None
-    if isinstance(value, int) and kind is float and not isinstance(value, bool):
+    if type(value) is int and kind is float and abs(value) < 2**63:
         value = float(value)
     if not isinstance(value, kind):
         raise DnnvssError(f"{names} is {shown(value)}", file=path, remedy=remedy)
