@@ -202,7 +202,7 @@ def _arrays(data: bytes, rng: random.Random) -> bytes:
             return _state(data, rng)
     except Exception:
         return _flip(data, rng)
-    if not held:
+    if not held or max(array.size for array in held.values()) > 1e7:
         return data
     name = rng.choice(sorted(held))
     array = held[name]
