@@ -1,6 +1,8 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
 # make test: environment, linter, type checker, order of imports, tests.
 # make fuzz: some thousand damaged files, each to end in an answer or in an error of ours.
+# make kills: every command killed at every move of a file, and run again.
+# make audit: the pinned versions against known advisories.
 # make docs: the site with the API from the docstrings, in site/; a warning is an error.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
