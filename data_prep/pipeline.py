@@ -20,6 +20,7 @@ from data_prep.splits import completed, lacking
 from data_prep.stages import FOLDER, Workshop
 from data_prep.sync import FEWEST, find_sync, in_step
 from data_prep.unfilmed import measured, sounded, told_rate
+from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance, checkup
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
@@ -214,7 +215,7 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
 
 def _sounds(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
     """Return what is known of the recordings with the path of the sound that is in step with the picture."""
-    tasks = {s.id: {"sound": run.shop.out / made[s.id]["sound"], "late": late[s.id]}
+    tasks = {s.id: {"sound": files.inside(run.shop.out, made[s.id]["sound"]), "late": late[s.id]}
              for s in run.alive() if made[s.id]["sound"]}
     moved = run.take(run.shop.run("sound", in_step, tasks)) if tasks else {}
     return {s.id: made[s.id] | moved.get(s.id, {"audio": None}) for s in run.alive()}
@@ -268,7 +269,7 @@ def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]
             known[s.id] = {**task, "path": s.alignment, "late": late.get(s.id, 0.0)}
         else:
             bounds = [(a - late[s.id], b - late[s.id]) for a, b in s.bounds]
-            audio = run.shop.out / made[s.id]["audio"]
+            audio = files.inside(run.shop.out, made[s.id]["audio"])
             tasks[s.id] = {**task, "audio": audio, "bounds": bounds, "slack": recipe.slack}
     return known, tasks
 

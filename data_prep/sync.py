@@ -157,7 +157,7 @@ def read_clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tup
     basis = (modes[:_MODES] / (size[:_MODES, None] / np.sqrt(rows) + 1e-9)).T
     clips = {}
     for name in tqdm(sounds, desc="cepstra"):
-        sound = cepstra(read_audio(shop.out / sounds[name]))
+        sound = cepstra(read_audio(files.inside(shop.out, sounds[name])))
         clips[name] = SyncClip(sound, _at(shapes[name] @ basis, rate), _spoken(sound))
     return clips
 
