@@ -20,7 +20,8 @@ def with_digests(shop: Workshop, utterances: Iterable[Utterance]) -> list[Uttera
         DnnvssError: a file is missing.
     """
     rows = list(utterances)
-    tasks = {u.id: {"made": [files.inside(shop.out, p) for p in (u.video, u.audio, u.landmarks) if p is not None]} for u in rows}
+    made = {u.id: [p for p in (u.video, u.audio, u.landmarks) if p is not None] for u in rows}
+    tasks = {name: {"made": [files.inside(shop.out, p) for p in paths]} for name, paths in made.items()}
     found = shop.run("digest", digested, tasks)
     return [replace(u, digest=found[u.id]["digest"]) for u in rows]
 
