@@ -234,7 +234,8 @@ def test_another_page_in_the_browser_can_neither_read_nor_write(served: Served, 
 
 def test_ctrl_c_ends_the_page_with_all_saved(served: Served) -> None:
     folder = served.desk.folder
-    program = "import sys; from dnnvss.commands.label import main; sys.exit(main(sys.argv[1:]))"
+    program = ("import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "  # nohup ignores it
+               "from dnnvss.commands.label import main; sys.exit(main(sys.argv[1:]))")
     with subprocess.Popen([sys.executable, "-c", program, "page", str(folder), "--port", "0"], text=True, cwd=ROOT,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE) as page:
         assert page.stdout is not None and page.stderr is not None
@@ -244,7 +245,11 @@ def test_ctrl_c_ends_the_page_with_all_saved(served: Served) -> None:
         with urllib.request.urlopen(request, timeout=10) as answer:
             assert json.load(answer) == {"saved": "a_1.png"}
         page.send_signal(signal.SIGINT)
-        out, errors = page.communicate(timeout=30)
+        try:
+            out, errors = page.communicate(timeout=30)
+        except subprocess.TimeoutExpired:
+            page.kill()
+            raise
     assert page.returncode == 0 and "1 of 3 frames are finished; all is saved" in out and not errors
     assert read_pts(folder / "a_1.pts") == pytest.approx(POINTS + 7)
 
