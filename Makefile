@@ -1,5 +1,5 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
-# make test: environment, linter, type checker, order of imports, tests.
+# make test: environment, linter, type checker, order of imports, tests.  make slow: the long tests.
 # make fuzz: some thousand damaged files, each to end in an answer or in an error of ours.
 # make kills: every command killed at every move of a file, and run again.
 # make audit: the pinned versions against known advisories.
@@ -10,7 +10,7 @@ PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo test lint docs fuzz kills audit clean
+.PHONY: demo test slow lint docs fuzz kills audit clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
@@ -18,7 +18,11 @@ demo: $(READY)
 	$(PY) synth.py text="$(TEXT)" out=demo.mp4
 
 test: lint
-	$(PY) -m pytest -n auto
+	$(PY) -m pytest -n auto -m "not slow"
+
+# The tests that train, render or kill for more than ten seconds; .ci/run runs them after the others.
+slow: $(READY)
+	$(PY) -m pytest -n auto -m slow
 
 lint: $(READY)
 	$(PY) -m ruff check .

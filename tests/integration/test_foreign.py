@@ -32,6 +32,7 @@ def played(folder: Path) -> dict[str, dict[str, Any]]:
     return {each["case"]: each for each in map(json.loads, done.stdout.splitlines())}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", hostile.CASES)
 def test_what_is_foreign_runs_reads_and_writes_nothing(case: str, played: dict[str, dict[str, Any]]) -> None:
     found = played[case]
