@@ -387,7 +387,8 @@ class Watch:
             self._opened(Path(os.path.realpath(os.fsdecode(given[0]))), int(given[2] or 0))
         elif event in ("os.rename", "os.remove", "os.mkdir", "os.link", "os.symlink"):
             for path in (Path(os.path.realpath(os.fsdecode(p))) for p in given[:2] if isinstance(p, str | bytes)):
-                self._written(path)
+                if event != "os.mkdir" or not path.is_dir():  # a folder that is there already stays as it is
+                    self._written(path)
 
     @staticmethod
     def _known(name: object) -> bool:
