@@ -6,7 +6,8 @@ difference is the same for every point of a corpus, so the appearance model does
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.numbers import number
 from dnnvss.formats.openface import Landmarks, most_frames, read_openface
-from dnnvss.records import read_record
+from dnnvss.records import as_record
 from dnnvss.settings import setting
 from dnnvss.timing import FrameClock
 
@@ -160,11 +161,15 @@ class Marks(NamedTuple):
 def read_marks(path: str | Path) -> Marks:
     """What a ``landmarks.json`` says; all of it may be absent.
 
-    Raises:
-        DnnvssError: unreadable, of another shape, or a scale, rate or size that is not above 0.
-    """
+    Whoever made the landmarks may note more there, such as a unit; only a name that looks like a slip is refused.
 
-    found = read_record(_Marks, path, _MARKS)
+    Raises:
+        DnnvssError: unreadable, of another shape, a misspelt name, or a scale, rate or size that is not above 0.
+    """
+    told = files.read_json(path, _MARKS)
+    if isinstance(told, dict):
+        told = {name: value for name, value in told.items() if name in _KNOWN or get_close_matches(name, _KNOWN, 1)}
+    found = as_record(_Marks, told, path, _MARKS)
     for name, (first, end) in found.groups.items():
         if not 0 <= first < end:
             raise DnnvssError(f"the group {name} runs from {first} to {end}", file=path,
@@ -182,6 +187,9 @@ class _Marks:
     scale: float = setting(1.0, above=0)
     rate: int | float | str | None = None
     size: tuple[int, int] | None = setting(None, above=0, most=100_000)
+
+
+_KNOWN = tuple(field.name for field in fields(_Marks))
 
 
 def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2, frames: int | None = None) -> Landmarks:

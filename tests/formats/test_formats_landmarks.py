@@ -7,7 +7,9 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats import (
     LAYOUT_68,
     Landmarks,
+    Marks,
     read_landmarks,
+    read_marks,
     read_npz,
     read_pts,
     write_npz,
@@ -97,3 +99,12 @@ def test_npz_of_another_shape(tmp_path):
     np.savez(tmp_path / "a.npz", points=np.zeros((3, 5)))
     with pytest.raises(DnnvssError, match=r"not points \(frames, points, 2\)"):
         read_landmarks(tmp_path / "a.npz")
+
+
+def test_notes_beside_what_is_known_are_left_alone_and_slips_are_told(tmp_path):
+    path = tmp_path / "landmarks.json"
+    path.write_text('{"scale": 32, "unit": "pixel, x right", "groups": {"lips_outer": [36, 56]}}')
+    assert read_marks(path) == Marks({"lips_outer": (36, 56)}, 32.0)
+    path.write_text('{"scales": 32}')
+    with pytest.raises(DnnvssError, match="scales is no setting"):
+        read_marks(path)
