@@ -12,7 +12,7 @@ from dnnvss.timing import FrameClock
 
 KEY = "dnnvss"
 """The name of the description in the metadata of a file."""
-VERSION = 1
+VERSION = 2
 SUFFIXES = (".onnx", ".pt2")
 """How a network is written."""
 INPUTS, OUTPUTS = ("active", "numeric"), ("mean", "variance")
@@ -32,6 +32,8 @@ class Description:
         scaler: mean and deviation of the numeric columns, which the graph takes off by itself.
         streams: mean, deviation and variance (W, D) of the targets, nested lists.
         predicted: whether the network tells a variance for every frame; otherwise all frames have that of ``streams``.
+        reach: frames before and after its own that an output looks at; (0, 0) where frames may be given in any parts,
+            otherwise a whole utterance is to be given.
     """
 
     system: str
@@ -42,6 +44,7 @@ class Description:
     scaler: Mapping[str, Any]
     streams: Mapping[str, Any]
     predicted: bool
+    reach: tuple[int, int] = (0, 0)
 
     def to_json(self) -> str:
         """Return the description as JSON."""
@@ -49,7 +52,7 @@ class Description:
             "version": VERSION, "system": self.system, "table": self.table.describe(), "rate": str(self.clock),
             "windows": {"names": self.windows.names, "taps": self.windows.taps}, "coefficients": self.coefficients,
             "scaler": dict(self.scaler), "streams": dict(self.streams),
-            "predicted": self.predicted, "padding": self.table.binary_width})
+            "predicted": self.predicted, "reach": self.reach, "padding": self.table.binary_width})
 
     @classmethod
     def from_json(cls, text: str) -> "Description":
@@ -67,4 +70,4 @@ class Description:
             raise DnnvssError(f"has version {version}, this program reads {VERSION}", remedy="Export the run again")
         windows = Windows(tuple(d["windows"]["names"]), tuple(tuple(t) for t in d["windows"]["taps"]))
         return cls(d["system"], FeatureTable.from_description(d["table"]), FrameClock(d["rate"]), windows,
-                   tuple(d["coefficients"]), d["scaler"], d["streams"], d["predicted"])
+                   tuple(d["coefficients"]), d["scaler"], d["streams"], d["predicted"], tuple(d["reach"]))

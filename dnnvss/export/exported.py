@@ -14,9 +14,11 @@ from dnnvss.export.description import INPUTS, KEY, Description
 from dnnvss.export.onnx_check import check_graph
 from dnnvss.features import FrameCodes
 from dnnvss.systems import READABLE, Example, Prediction, VisualModel
+from dnnvss.systems.frame_network import pieces
 
 _CHUNK = 256
-"""Frames a pass: the gathered rows of the first layer take 4 x active columns x units bytes a frame."""
+"""Frames a pass where each is seen by itself: the gathered rows of the first layer take 4 x active columns x units
+bytes a frame."""
 _REMEDY = "Export the run again: dnnvss export RUN"
 
 Forward = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -81,9 +83,10 @@ class ExportedModel(VisualModel):
 
     def _streams(self, codes: FrameCodes) -> tuple[np.ndarray, np.ndarray]:
         parts = []
-        for start in range(0, len(codes), _CHUNK):
-            frames = np.arange(start, min(start + _CHUNK, len(codes)))
-            parts.append(self.forward(codes.active(frames).astype(np.int64), codes.numeric(frames)))
+        for put_in, counting in pieces(len(codes), self.description.reach, _CHUNK):
+            frames = np.arange(put_in.start, put_in.stop)
+            made = self.forward(codes.active(frames).astype(np.int64), codes.numeric(frames))
+            parts.append([side[counting] for side in made])
         mean, variance = (np.concatenate(side) for side in zip(*parts, strict=True))
         return mean, variance
 

@@ -10,7 +10,8 @@ from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
-from dnnvss.systems import BlendedNetworks, FeedForward, NetworkModel, VisualModel
+from dnnvss.systems import BlendedNetworks, NetworkModel, VisualModel
+from dnnvss.systems.frame_network import FrameNetwork
 from dnnvss.training.settings import LOG_VARIANCE
 
 
@@ -18,7 +19,7 @@ from dnnvss.training.settings import LOG_VARIANCE
 class Share:
     """One network of a system, and its part in the mean; the parts of all add up to 1."""
 
-    network: FeedForward
+    network: FrameNetwork
     table: FeatureTable
     weight: float
 
@@ -28,7 +29,7 @@ class FrameStreams(nn.Module):
 
     What :meth:`dnnvss.systems.VisualModel.predict` does, in one graph: numeric inputs are normalised, the networks run,
     their outputs are scaled and averaged, and their variances are those of the mixture. The first layer is written as
-    a gather and a sum, which every runtime knows.
+    a gather and a sum, which every runtime knows. Networks over time take the frames for one whole utterance.
 
     Args:
         table: the columns of the inputs.
@@ -43,8 +44,9 @@ class FrameStreams(nn.Module):
                  streams: dict[str, np.ndarray], predicted: bool) -> None:
         super().__init__()
         self.shape, self.predicted = streams["mean"].shape, predicted
+        self.reach = tuple(max(sides) for sides in zip(*(s.network.reach for s in shares), strict=True))
         self.weights = [s.weight for s in shares]
-        self.layers = nn.ModuleList(s.network.rest for s in shares)
+        self.layers = nn.ModuleList(s.network.get_submodule("rest") for s in shares)
         first = [_widened(s, table) for s in shares]
         for name, part in (("columns", 0), ("numbers", 1), ("bias", 2)):
             self.register_buffer(name, torch.stack([f[part] for f in first]))
@@ -77,7 +79,7 @@ class FrameStreams(nn.Module):
 
 def _widened(share: Share, table: FeatureTable) -> tuple[Tensor, Tensor, Tensor]:
     """Return the first layer's rows for the columns of ``table``, the last of them padding, its numbers and bias."""
-    first = share.network.first
+    first: Any = share.network.get_submodule("first")
     binary = torch.zeros(table.binary_width + 1, first.weight.shape[1])
     numeric = torch.zeros(table.numeric_width, first.weight.shape[1])
     for name, own in share.table.binary_slices.items():
@@ -88,17 +90,21 @@ def _widened(share: Share, table: FeatureTable) -> tuple[Tensor, Tensor, Tensor]
 
 
 def is_network(model: VisualModel) -> bool:
-    """Whether a trained system is made of feed-forward networks alone, which other programs can run."""
+    """Whether a trained system is made of networks alone that other programs can run."""
     parts = (model.phones, model.all) if isinstance(model, BlendedNetworks) else (model,)
-    return all(isinstance(part, NetworkModel) and all(isinstance(n, FeedForward) for n in part.networks_)
-               for part in parts)
+    return all(isinstance(part, NetworkModel) and all(map(_is_known, part.networks_)) for part in parts)
+
+
+def _is_known(network: FrameNetwork) -> bool:
+    """Whether a network is a layer that sees the columns and plain modules behind it."""
+    return all(hasattr(network, part) for part in ("first", "rest"))
 
 
 def frame_streams(model: VisualModel) -> FrameStreams:
     """Return the graph of a trained system.
 
     Raises:
-        DnnvssError: the system is not made of feed-forward networks alone.
+        DnnvssError: the system is not made of networks alone that other programs can run.
     """
     if isinstance(model, BlendedNetworks):
         whole, variance = model.all, model.variance_
@@ -107,16 +113,15 @@ def frame_streams(model: VisualModel) -> FrameStreams:
         whole, variance, shares = model, model.variance_, _shares(model, 1.0)
     else:
         raise DnnvssError(f"{type(model).__name__} is not a network, so it cannot be exported",
-                          remedy="Export a run of model=feedforward, gaussian or blend")
+                          remedy="Export a run of a network: model=feedforward, recurrent, ...")
     streams = {"mean": whole.mean_, "deviation": whole.deviation_, "variance": variance}
     scaler = (whole.scaler_.mean, whole.scaler_.deviation)
     return FrameStreams(model.table, shares, scaler, streams, whole.variances).eval()
 
 
 def _shares(model: NetworkModel, weight: float) -> list[Share]:
-    networks: list[Any] = model.networks_
-    for network in networks:
-        if not isinstance(network, FeedForward):
+    for network in model.networks_:
+        if not _is_known(network):
             raise DnnvssError(f"a network of type {type(network).__name__} cannot be exported",
-                              remedy="Export a run of dnnvss.systems.FeedForward")
-    return [Share(network.cpu(), model.table, weight / len(networks)) for network in networks]
+                              remedy="Export a run of a kind of network that has `first` and `rest`")
+    return [Share(network.cpu(), model.table, weight / len(model.networks_)) for network in model.networks_]

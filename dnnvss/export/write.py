@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from torch import nn
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import INPUTS, KEY, OUTPUTS, SUFFIXES, Description
 from dnnvss.export.graph import FrameStreams
+from dnnvss.export.recurrence import portable
 
 
 def write_network(path: Path, streams: FrameStreams, description: Description) -> Path:
@@ -26,7 +28,7 @@ def write_network(path: Path, streams: FrameStreams, description: Description) -
     if path.suffix == ".onnx" and (missing := [p for p in ("onnx", "onnxscript") if find_spec(p) is None]):
         raise DnnvssError(f"writing ONNX needs the package {missing[0]}", file=path,
                           remedy='Run pip install -c constraints.txt -e ".[export]", or write .pt2')
-    program = _program(streams, description)
+    program = _program(portable(streams, onnx=path.suffix == ".onnx").eval(), description)
     with files.replacing(path) as temporary:
         if path.suffix == ".pt2":
             torch.export.save(program, temporary, extra_files={KEY: description.to_json()})
@@ -35,7 +37,7 @@ def write_network(path: Path, streams: FrameStreams, description: Description) -
     return path
 
 
-def _program(streams: FrameStreams, description: Description) -> Any:
+def _program(streams: nn.Module, description: Description) -> Any:
     """Return the graph of any number of frames."""
     table = description.table
     active = torch.full((3, table.active_width), table.binary_width, dtype=torch.int64)

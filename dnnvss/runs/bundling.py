@@ -25,7 +25,7 @@ def export_run(run: Run, path: Path) -> Path:
     arrays = {name: streams.get_buffer(f"target_{name}").tolist() for name in ("mean", "deviation", "variance")}
     scaler = {name: streams.get_buffer(f"numeric_{name}").tolist() for name in ("mean", "deviation")}
     description = Description(run.settings.model_name, run.task.table, run.task.clock, run.task.windows,
-                              tuple(run.face.names), scaler, arrays, streams.predicted)
+                              tuple(run.face.names), scaler, arrays, streams.predicted, streams.reach)
     return write_network(path, streams, description)
 
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, FrameCodes
 from dnnvss.timing import Alignment, FrameClock
 
@@ -47,6 +48,23 @@ class Prediction:
 
     mean: np.ndarray
     variance: np.ndarray
+
+
+class PredictionStream(ABC):
+    """Predictions while the frames of an utterance arrive."""
+
+    @abstractmethod
+    def push(self, active: np.ndarray, numeric: np.ndarray) -> Prediction:
+        """The frames that are settled once the next ones came in, in order.
+
+        Args:
+            active: binary columns (n, A) of the frames, as :meth:`FrameCodes.active` gives them.
+            numeric: numbers (n, N), as :meth:`FrameCodes.numeric` gives them.
+        """
+
+    @abstractmethod
+    def finish(self) -> Prediction:
+        """The frames that were held back, once the utterance has ended."""
 
 
 READABLE = frozenset({"phones", "words", "visemes", "sound"})
@@ -92,6 +110,20 @@ class VisualModel(ABC):
     @abstractmethod
     def predict(self, example: Example) -> Prediction:
         """Return the predicted streams of one utterance."""
+
+    @property
+    def lookahead(self) -> int | None:
+        """Frames behind its own that a prediction depends on; None for all of the utterance."""
+        return None
+
+    def stream(self) -> PredictionStream:
+        """A new utterance whose frames arrive bit by bit: what comes out is what :meth:`predict` says.
+
+        Raises:
+            DnnvssError: the system looks at the whole utterance.
+        """
+        raise DnnvssError(f"{type(self).__name__} looks at the whole utterance, so it cannot speak as the sound comes",
+                          remedy="Train a network with a look-ahead: model=recurrent model.network.lookahead=10")
 
     def report(self, example: Example) -> dict[str, Any]:
         """Return how the prediction of an utterance came about, as plain containers; nothing where that is no help."""

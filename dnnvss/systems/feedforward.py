@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -107,6 +108,7 @@ class FeedForward(FrameNetwork):
                  activation: str = "tanh", dropout: float = 0.0, input_dropout: float = 0.0) -> None:
         super().__init__()
         hidden = FeedForwardSettings(tuple(hidden), activation, dropout, input_dropout).hidden
+        self.out = out
         self.first = CodeLinear(binary, numeric, hidden[0], input_dropout)
         self.first.reset(active)
         layers: list[nn.Module] = [ACTIVATIONS[activation](), Dropout(dropout)]
@@ -121,6 +123,7 @@ class FeedForward(FrameNetwork):
         nn.init.zeros_(layer.bias)
         return layer
 
-    def forward(self, active: Tensor, numeric: Tensor) -> Tensor:
+    def forward(self, active: Tensor, numeric: Tensor, lengths: Any = None) -> Tensor:
         """Return the normalised streams (B, out) of a batch of frames."""
+        del lengths
         return self.rest(self.first(active, numeric))

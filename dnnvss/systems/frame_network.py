@@ -1,29 +1,95 @@
-"""Networks that see one frame at a time, by kind."""
+"""Networks from the columns of frames to outputs, by kind: frame by frame, or over time."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
+import torch
 from torch import Tensor, nn
 
 from dnnvss.settings import read_settings, unknown_setting
 
+_AT_ONCE, _AT_ONCE_OVER_TIME = 4096, 16384
+"""Frames a forward pass at prediction: bounds memory on an hour of text."""
+
 
 class FrameNetwork(nn.Module):
-    """A network from the columns of a frame to its outputs.
+    """A network from the columns of frames to their outputs.
 
-    A subclass in a module of :mod:`dnnvss.systems` that declares ``kind`` is found by that name. It is built from the
-    sizes ``binary``, ``numeric``, ``active`` and ``out``, and the fields of its ``Settings``.
+    A subclass in a module of :mod:`dnnvss.systems` that declares ``kind`` is found by that name.
+    It is built from the sizes ``binary``, ``numeric``, ``active`` and ``out``, and the fields of
+    its ``Settings``. Of its modules, ``first`` is the layer that sees the columns and ``rest``
+    everything behind it; those that see one frame at a time are the simplest kind.
     """
 
     kind: ClassVar[str]
     """Its name in YAML: ``model.network.kind``."""
     Settings: ClassVar[type[Any]]
     """A frozen dataclass of what YAML may set."""
+    over_time: ClassVar[bool] = False
+    """Whether an output depends on other frames of the utterance, so that whole ones are needed."""
+    out: int
+    """Outputs of a frame."""
+    lookahead: int | None = 0
+    """Frames behind its own that an output depends on; None for all of the utterance."""
 
-    def forward(self, active: Tensor, numeric: Tensor) -> Tensor:
-        """Outputs (B, out) of active columns (B, A) and numbers (B, N)."""
+    @property
+    def reach(self) -> tuple[int, int]:
+        """Frames before and after its own beyond which an output hardly depends on the inputs."""
+        return 0, 0
+
+    def forward(self, active: Tensor, numeric: Tensor, lengths: Any = None) -> Tensor:
+        """Outputs (N, out) of active columns (N, A) and numbers (N, M).
+
+        Args:
+            active, numeric: of the frames of utterances, one behind the other.
+            lengths: frames of each utterance; all of one where None. Networks that see one frame
+                at a time do not heed them.
+        """
         raise NotImplementedError
+
+    def stream(self) -> "NetworkStream":
+        """A new utterance whose frames arrive bit by bit."""
+        return NetworkStream(self)
+
+
+class NetworkStream:
+    """Outputs while inputs arrive; this one is for networks that see one frame at a time."""
+
+    def __init__(self, network: FrameNetwork) -> None:
+        self.network = network
+
+    def push(self, active: Tensor, numeric: Tensor) -> Tensor:
+        """Outputs (n, out) of the frames that are settled once these (N, A) and (N, M) came in."""
+        return self.network(active, numeric)
+
+    def finish(self) -> Tensor:
+        """Outputs (n, out) of the frames that were held back."""
+        return torch.zeros(0, self.network.out)
+
+
+def pieces(count: int, reach: tuple[int, int], alone: int = _AT_ONCE) -> Iterator[tuple[slice, slice]]:
+    """Parts in which a long utterance goes through a network.
+
+    Args:
+        count: frames of the utterance.
+        reach: of the network; (0, 0) where it sees one frame at a time.
+        alone: frames at once where each is seen by itself.
+
+    Yields:
+        The frames that are put in, and which of the outputs count.
+    """
+    size = alone if reach == (0, 0) else _AT_ONCE_OVER_TIME
+    for start in range(0, count, size):
+        stop, low = min(start + size, count), max(start - reach[0], 0)
+        yield slice(low, min(stop + reach[1], count)), slice(start - low, stop - low)
+
+
+def counts(lengths: Any, total: int) -> Sequence[int]:
+    """Frames of each utterance as whole numbers; one of all frames where ``lengths`` is None."""
+    if lengths is None:
+        return [total]
+    return lengths.tolist() if isinstance(lengths, Tensor) else list(lengths)
 
 
 @dataclass(frozen=True)
@@ -40,7 +106,7 @@ class NetworkPlan:
 
     @classmethod
     def read(cls, mapping: Mapping[str, Any], where: str = "model.network") -> "NetworkPlan":
-        """The plan that plain settings describe: ``kind`` and what that kind of network lets one set.
+        """The plan that plain settings describe: ``kind`` and what that kind lets one set.
 
         Raises:
             DnnvssError: no such kind, or a setting that it refuses.
@@ -49,7 +115,7 @@ class NetworkPlan:
 
         kind, known = str(mapping.get("kind")), declared(FrameNetwork, "kind")
         if kind not in known:
-            raise unknown_setting(f"{where}.kind={kind}", [f"{where}.kind={other}" for other in known])
+            raise unknown_setting(f"{where}.kind={kind}", [f"{where}.kind={k}" for k in known])
         own = {k: v for k, v in mapping.items() if k != "kind"}
         return cls(known[kind], read_settings(known[kind].Settings, own, where))
 

@@ -14,24 +14,22 @@ from torch import Tensor, nn
 from dnnvss import files
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.settings import check_settings, setting
-from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel, moments
+from dnnvss.systems.base import READABLE, Example, Prediction, PredictionStream, VisualModel, moments
 from dnnvss.systems.figures import trajectory_figure
-from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan
+from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, pieces
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.recipe import descent, steady
-from dnnvss.training.regression import FrameRegression
+from dnnvss.training.regression import FrameRegression, UtteranceRegression
 from dnnvss.training.settings import LOG_VARIANCE, FitSettings
 from dnnvss.training.trajectories import Join, TrajectoryError
-from dnnvss.training.utterances import Measurement, UtteranceBatches
+from dnnvss.training.utterances import UtteranceBatches
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_CHUNK = 4096  # frames a forward pass at prediction: bounds memory on an hour of text
-_AT_ONCE = 8
-"""Utterances a step of a refinement."""
+_CHUNK = 4096  # frames a pass over the validation frames
 _STILL = 1e-4
 """Least deviation of a coefficient as a share of the largest one: what hardly moves in training is not blown up."""
 
@@ -130,7 +128,10 @@ class NetworkModel(VisualModel):
              figure: Callable[[], "Figure"]) -> None:
         from dnnvss.training.fit import run_fit  # a run is opened without Lightning
 
-        objective = FrameRegression(settings, *self.mean_.shape)
+        kind = UtteranceRegression if self.plan.cls.over_time else FrameRegression
+        if self.plan.cls.over_time:
+            settings = replace(settings, graph=False)  # batches differ in their frames: no step is like another
+        objective = kind(settings, *self.mean_.shape)
         run_fit(network, objective, descent(settings, getattr(network, "members", 1)), train, val, settings, folder,
                 figure)
 
@@ -145,27 +146,25 @@ class NetworkModel(VisualModel):
             join: parameter generation of the task.
             folder: of checkpoints.
         """
-        ours, held_out = [self._measurement(e) for e in train], [self._measurement(e) for e in val]
         objective = TrajectoryError(self._decode, join, torch.from_numpy(self.deviation_[0].astype(np.float32)))
         for k, network in enumerate(self.networks_):
             network.cpu()
             home = folder / f"member_{k + 1}" if k else folder
-            errors = self._refine_member(network, objective, ours, held_out, home, self.settings.fit.seed + k)
+            errors = self._refine_member(network, objective, train, val, home, self.settings.fit.seed + k)
             network.eval()
             print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in errors))
         self._fit_variance(val)
 
-    def _refine_member(self, network: FrameNetwork, objective: TrajectoryError, train: Sequence[Measurement],
-                       val: Sequence[Measurement], folder: Path, seed: int) -> list[float]:
+    def _refine_member(self, network: FrameNetwork, objective: TrajectoryError, train: Sequence[Example],
+                       val: Sequence[Example], folder: Path, seed: int) -> list[float]:
         """The error before the first pass, and after each."""
         from dnnvss.training.fit import alone, measure, run_fit
 
         s, given = self.settings.fit, copy.deepcopy(network.state_dict())
         settings = replace(alone(s), epochs=s.refine, patience=s.refine, learning_rate=s.refine_rate, seed=seed)
-        held = UtteranceBatches(val, _AT_ONCE)
+        ours, held = (self._utterances(part, folder, own, raw=True) for part, own in ((train, seed), (val, None)))
         before = measure(network, objective, held)
-        errors = run_fit(network, objective, steady(settings), UtteranceBatches(train, _AT_ONCE, seed), held, settings,
-                         folder)
+        errors = run_fit(network, objective, steady(settings), ours, held, settings, folder)
         if before < min(errors):
             network.load_state_dict(given)
         return [before, *errors]
@@ -175,15 +174,25 @@ class NetworkModel(VisualModel):
 
         Members, and labels that may be true as well, are equal parts of a mixture, whose mean and variance are given.
         """
-        mean, own, between = self._mixture(example)
-        return Prediction(mean, own if between is None else own + between)
+        return _gaussian(*self._mixture(example))
+
+    @property
+    def lookahead(self) -> int | None:
+        """Frames behind its own that a prediction depends on; None for all of the utterance."""
+        return self.networks_[0].lookahead
+
+    def stream(self) -> "PredictionStream":
+        """A new utterance whose frames arrive bit by bit; see :meth:`VisualModel.stream`."""
+        return super().stream() if self.lookahead is None else _Stream(self)
 
     def _mixture(self, example: Example) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Return the mean of the parts, the mean of their own variances and the variance of their means, (T, W, D).
 
         The last is None where there is but one part, or variances are not predicted.
         """
-        outputs = np.concatenate([self._forward(c) for c in (example.codes, *example.alternatives)])
+        return self._mixed(np.concatenate([self._forward(c) for c in (example.codes, *example.alternatives)]))
+
+    def _mixed(self, outputs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         parts = [self._decode(torch.from_numpy(o)) for o in outputs]
         if len(parts) == 1:
             return parts[0][0].numpy(), parts[0][1].numpy(), None
@@ -239,6 +248,33 @@ class NetworkModel(VisualModel):
                  members: int = 1) -> FrameBatches:
         """Return batches of targets, normalised as they are drawn.
 
+        A network over time gets whole utterances.
+        """
+        if self.plan.cls.over_time:
+            return self._utterances(examples, folder, seed)
+        targets, valid = self._targets(examples, folder)
+        s = self.settings.fit
+        drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
+        if seed is not None:
+            drawn = (s.batch_size, s.share, seed)
+        others = min(len(e.alternatives) for e in examples) if seed is not None else 0
+        return FrameBatches(_store(examples), self.scaler_, targets, np.flatnonzero(valid), *drawn, members,
+                            normal=(self.mean_.ravel(), self.deviation_.ravel()),
+                            alternatives=[_store(examples, k) for k in range(others)])
+
+    def _utterances(self, examples: Sequence[Example], folder: Path, seed: int | None = None,
+                    raw: bool = False) -> UtteranceBatches:
+        """Batches of whole utterances; ``raw`` ones are all seen, with the main codes and targets as they are."""
+        targets, valid = self._targets(examples, folder)
+        s, alternatives = self.settings.fit, min(len(e.alternatives) for e in examples)
+        others = range(alternatives if seed is not None and not raw else 0)
+        normal = None if raw else (self.mean_.ravel(), self.deviation_.ravel())
+        return UtteranceBatches(_store(examples), self.scaler_, targets, valid, s.utterances, 1.0 if raw else s.share,
+                                seed, alternatives=[_store(examples, k) for k in others], normal=normal)
+
+    def _targets(self, examples: Sequence[Example], folder: Path) -> tuple[np.ndarray, np.ndarray]:
+        """The targets (S, W x D) of all frames and which were measured (S,).
+
         Where the examples do not share one array already, it is mapped from a file without a name in ``folder``.
         """
         parts = [e.measured[0] for e in examples]
@@ -246,21 +282,7 @@ class NetworkModel(VisualModel):
         if targets is None:
             targets = files.mapped((part.astype(np.float32, copy=False) for part in parts), folder)
         valid = np.concatenate([e.measured[1] for e in examples])
-        s = self.settings.fit
-        drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
-        if seed is not None:
-            drawn = (s.batch_size, s.share, seed)
-        others = min(len(e.alternatives) for e in examples) if seed is not None else 0
-        return FrameBatches(_store(examples), self.scaler_, targets.reshape(len(valid), -1), np.flatnonzero(valid),
-                            *drawn, members, normal=(self.mean_.ravel(), self.deviation_.ravel()),
-                            alternatives=[_store(examples, k) for k in range(others)])
-
-    def _measurement(self, e: Example) -> Measurement:
-        frames = np.arange(len(e.codes))
-        targets, valid = e.measured
-        numeric = torch.from_numpy(self.scaler_(e.codes.numeric(frames)))
-        return Measurement(torch.from_numpy(e.codes.active(frames)), numeric,
-                           torch.from_numpy(np.ascontiguousarray(targets[:, 0])), torch.from_numpy(valid))
+        return targets.reshape(len(valid), -1), valid
 
     @torch.inference_mode(False)  # in which a network that is moved could not be trained any more
     @torch.no_grad()
@@ -270,15 +292,43 @@ class NetworkModel(VisualModel):
         training, out = [n.training for n in self.networks_], []
         for network in self.networks_:
             network.eval()
-        for start in range(0, len(codes), _CHUNK):
-            frames = np.arange(start, min(start + _CHUNK, len(codes)))
+        for put_in, counting in pieces(len(codes), self.networks_[-1].reach):
+            frames = np.arange(put_in.start, put_in.stop)
             active = torch.from_numpy(codes.active(frames)).to(device)
             numeric = torch.from_numpy(self.scaler_(codes.numeric(frames))).to(device)
-            outputs = torch.stack([n.to(device)(active, numeric).float() for n in self.networks_])
+            outputs = torch.stack([n.to(device)(active, numeric).float()[counting] for n in self.networks_])
             out.append(outputs.cpu().numpy())
         for network, mode in zip(self.networks_, training, strict=True):
             network.train(mode)
         return np.concatenate(out, axis=1)
+
+
+class _Stream(PredictionStream):
+    """Predictions of a causal network, or of the mean of several, while frames arrive."""
+
+    def __init__(self, model: NetworkModel) -> None:
+        self.model, self.streams = model, [network.cpu().eval().stream() for network in model.networks_]
+
+    @torch.no_grad()
+    def push(self, active: np.ndarray, numeric: np.ndarray) -> Prediction:
+        """The frames that are settled once these came in."""
+        columns = torch.from_numpy(np.asarray(active, np.int32))
+        numbers = torch.from_numpy(self.model.scaler_(np.asarray(numeric, np.float32)))
+        return self._told([stream.push(columns, numbers) for stream in self.streams])
+
+    @torch.no_grad()
+    def finish(self) -> Prediction:
+        """The frames that were held back."""
+        return self._told([stream.finish() for stream in self.streams])
+
+    def _told(self, outputs: Sequence[Tensor]) -> Prediction:
+        if not len(outputs[0]):
+            return Prediction(*np.zeros((2, 0, *self.model.mean_.shape)))
+        return _gaussian(*self.model._mixed(torch.stack(list(outputs)).numpy()))
+
+
+def _gaussian(mean: np.ndarray, own: np.ndarray, between: np.ndarray | None) -> Prediction:
+    return Prediction(mean, own if between is None else own + between)
 
 
 def _scale(squares: np.ndarray, own: np.ndarray, between: np.ndarray | None) -> np.ndarray:

@@ -26,6 +26,7 @@ from dnnvss.training.precision import resolve
 from dnnvss.training.recipe import Recipe
 from dnnvss.training.resume import resume_point
 from dnnvss.training.settings import FitSettings
+from dnnvss.training.utterances import UtteranceBatches
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,7 +130,7 @@ def _shown(settings: FitSettings, figure: "Callable[[], Figure] | None") -> list
 
 def _share(batches: FrameBatches, trainer: L.Trainer, settings: FitSettings) -> None:
     """Give each process its part of every batch, on its device."""
-    if settings.batch_size % trainer.world_size:
+    if not isinstance(batches, UtteranceBatches) and settings.batch_size % trainer.world_size:
         raise DnnvssError(f"a batch of {settings.batch_size} frames cannot be shared by {trainer.world_size} processes",
                           remedy="Choose trainer.batch_size as a multiple of trainer.devices times trainer.nodes")
     batches.place = lambda: (trainer.global_rank, trainer.world_size)

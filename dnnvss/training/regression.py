@@ -1,12 +1,12 @@
 """Frame regression: the weighted error between predicted and measured streams, both normalised."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from dnnvss.errors import DnnvssError
-from dnnvss.training.batches import Batch
 from dnnvss.training.objective import Measured, Network, Objective
 from dnnvss.training.settings import LOG_VARIANCE, FitSettings
 
@@ -47,9 +47,14 @@ class FrameRegression(Objective):
                               remedy="Give trainer.stream_weights one value a stream")
         self.register_buffer("output_weights", weights.repeat_interleave(dimensions), persistent=False)
 
-    def loss(self, network: Network, batch: Batch) -> Tensor:
-        """The loss of a batch of frames."""
-        return self.error(network(batch[0], batch[1]), batch[2])
+    def told(self, network: Network, batch: Any) -> tuple[Tensor, Tensor]:
+        """Outputs and targets of the frames of a batch that were measured."""
+        return network(batch[0], batch[1]), batch[2]
+
+    def loss(self, network: Network, batch: Any) -> Tensor | None:
+        """The loss of a batch."""
+        predicted, target = self.told(network, batch)
+        return self.error(predicted, target) if len(target) else None
 
     def error(self, predicted: Tensor, target: Tensor) -> Tensor:
         """The loss of outputs (B, W x D), or twice as many, against targets (B, W x D)."""
@@ -61,11 +66,13 @@ class FrameRegression(Objective):
         error = error * self.get_buffer("output_weights")
         return error.sum(1).mean() if self.settings.reduction == "sum" else error.mean()
 
-    def measures(self, network: Network, batch: Batch) -> Mapping[str, Measured]:
+    def measures(self, network: Network, batch: Any) -> Mapping[str, Measured]:
         """The loss and the static error."""
-        predicted, count = network(batch[0], batch[1]), len(batch[0])
-        static = (predicted[:, : self.dimensions] - batch[2][:, : self.dimensions]).square().mean()
-        return {"val/loss": Measured(self.error(predicted, batch[2]), count), "val/static": Measured(static, count)}
+        predicted, target = self.told(network, batch)
+        if not (count := len(target)):
+            return {}
+        static = (predicted[:, : self.dimensions] - target[:, : self.dimensions]).square().mean()
+        return {"val/loss": Measured(self.error(predicted, target), count), "val/static": Measured(static, count)}
 
     def diverged(self, where: str, value: float) -> DnnvssError:
         """The error that names the settings which may be to blame."""
@@ -74,3 +81,12 @@ class FrameRegression(Objective):
             f"training diverged: {where} is {value:.4g} at learning rate {s.learning_rate} ({s.optimizer}, "
             f"reduction {s.reduction!r}, batch size {s.batch_size})",
             remedy="Lower trainer.learning_rate or trainer.clip; the run folder keeps the last good checkpoint")
+
+
+class UtteranceRegression(FrameRegression):
+    """The same for networks over time: batches hold whole utterances, of which the measured frames count."""
+
+    def told(self, network: Network, batch: Any) -> tuple[Tensor, Tensor]:
+        """Outputs and targets of the frames of a batch that were measured."""
+        active, numeric, targets, valid, counts = batch
+        return network(active, numeric, counts)[valid], targets[valid]

@@ -23,6 +23,7 @@ class FitSettings:
         schedule: ``constant``, or ``cosine`` down to zero at the last epoch.
         warmup: share of all steps over which the rate rises from zero.
         batch_size: frames a step.
+        utterances: whole utterances a step, of networks over time and of the passes of ``refine``.
         epochs: at most so many passes.
         share: part of the training frames drawn, anew, in each epoch; neighbours at 100 frames a second are redundant.
         patience: epochs without a better static error on the validation frames before the fit stops.
@@ -57,6 +58,7 @@ class FitSettings:
     schedule: str = setting("cosine", choices=("constant", "cosine"))
     warmup: float = setting(0.02, least=0, most=1)
     batch_size: int = setting(512, least=1)
+    utterances: int = setting(8, least=1)
     epochs: int = setting(12, least=1)
     share: float = setting(0.5, above=0, most=1)
     patience: int = setting(12, least=0)

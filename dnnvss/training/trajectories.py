@@ -36,10 +36,10 @@ class TrajectoryError(Objective):
 
     def errors(self, network: Network, batch: Utterances) -> Tensor:
         """The squared errors (N, D) of all measured frames."""
-        active, numeric, static, valid, counts = batch
-        lengths = counts.tolist()
+        active, numeric, targets, valid, counts = batch
+        lengths, static = counts.tolist(), targets[:, : len(self.scale)]
         mean, variance = (nn.utils.rnn.pad_sequence(list(part.split(lengths)), batch_first=True, padding_value=1.0)
-                          for part in self.decode(network(active, numeric)))
+                          for part in self.decode(network(active, numeric, counts)))
         joined = self.join(mean, variance, lengths=counts)
         generated = torch.cat([joined[b, :count] for b, count in enumerate(lengths)])
         return ((generated - static) / self.scale)[valid].square()

@@ -1,9 +1,10 @@
 """Exported networks say what the trained ones say, carry what their numbers mean, and refuse what is no network."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -28,11 +29,12 @@ NUMBERS = ("centre_phone", "phone_context", "phone_span", "phone_frames")
 DIMENSIONS = 3
 
 
-def trained(members: int, variances: bool, table: FeatureTable = TABLE, seed: int = 0) -> NetworkModel:
+def trained(members: int, variances: bool, table: FeatureTable = TABLE, seed: int = 0,
+            network: Mapping[str, Any] = MappingProxyType(of_layers(16, 12))) -> NetworkModel:
     """Return a system with drawn weights and statistics: parity does not need a fit."""
     rng = np.random.default_rng(seed)
     torch.manual_seed(seed)
-    model = NetworkModel(table, CLOCK, NetworkModel.Settings(of_layers(16, 12), FitSettings(), members, variances))
+    model = NetworkModel(table, CLOCK, NetworkModel.Settings(network, FitSettings(), members, variances))
     shape = (3, DIMENSIONS)
     model.mean_, model.deviation_ = (rng.uniform(0.5, 2, shape).astype(np.float32) for _ in range(2))
     model.variance_ = rng.uniform(0.5, 2, shape)
@@ -45,7 +47,7 @@ def trained(members: int, variances: bool, table: FeatureTable = TABLE, seed: in
 
 def described(model: VisualModel, streams: FrameStreams) -> Description:
     return Description("test", model.table, CLOCK, STATIC_DELTA_DELTA2, ("a", "b", "c"), {"mean": [], "deviation": []},
-                       {"mean": streams.get_buffer("target_mean").tolist()}, streams.predicted)
+                       {"mean": streams.get_buffer("target_mean").tolist()}, streams.predicted, streams.reach)
 
 
 def exported(model: VisualModel, path: Path) -> ExportedModel:
@@ -106,6 +108,24 @@ def test_the_sound_says_the_same_in_other_programs(
         sound = Sound(np.random.default_rng(k).normal(0, 0.1, round(16000 * e.alignment.end)), 16000)
         heard = replace(e, codes=encode(e.alignment, "word", table, CLOCK, sound))
         agree(network.predict(heard), model.predict(heard))
+
+
+OVER_TIME = [pytest.param({**settings, "width": 8}, suffix, marks=[] if fast else pytest.mark.slow)
+             for settings, suffix, fast in (
+    ({"kind": "recurrent", "cell": "lstm"}, ".onnx", True), ({"kind": "recurrent", "cell": "lstm"}, ".pt2", False),
+    ({"kind": "recurrent", "cell": "gru"}, ".onnx", False), ({"kind": "recurrent", "cell": "gru"}, ".pt2", True),
+    ({"kind": "recurrent", "lookahead": 3}, ".onnx", False), ({"kind": "convolutional"}, ".onnx", True),
+    ({"kind": "convolutional", "lookahead": 3}, ".pt2", False))]
+
+
+@pytest.mark.parametrize("network, suffix", OVER_TIME)
+def test_networks_over_time_say_the_same_in_other_programs(
+        examples: dict[str, list[Example]], tmp_path: Path, network: dict[str, Any], suffix: str) -> None:
+    model = trained(2, True, network=network)
+    theirs = exported(model, tmp_path / f"model{suffix}")
+    assert theirs.description.reach == model.networks_[0].reach != (0, 0)
+    for e in examples["test"]:  # of different lengths
+        agree(theirs.predict(e), model.predict(e))
 
 
 def test_predicted_variances_count_where_labels_disagree(examples: dict[str, list[Example]]) -> None:

@@ -22,7 +22,7 @@ from dnnvss.systems.registry import declared, make_system, null_systems, systems
 
 NAMES = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml"))
 SMALL = ["trainer.progress=false", "trainer.epochs=3", "trainer.figure_every=0", "trainer.batch_size=32",
-         "trainer.accelerator=cpu"]
+         "trainer.accelerator=cpu", "trainer.utterances=1"]
 
 
 def build(name: str, *given: str, table: FeatureTable = TABLE) -> VisualModel:

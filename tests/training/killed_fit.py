@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -31,7 +32,7 @@ SETTINGS = FitSettings(epochs=3, batch_size=32, progress=False, figure_every=0, 
 
 
 def fit(folder: Path) -> None:
-    """Fit a network, refine it and fit one that predicts visemes; write their weights.
+    """Fit a network, refine it, fit one that predicts visemes and one over time; write their weights.
 
     The error variances, which tell the validation errors, are written too.
     """
@@ -43,8 +44,11 @@ def fit(folder: Path) -> None:
     model.refine(train, val, partial(mlpg, windows=STATIC_DELTA_DELTA2), folder / "refined")
     seen, held = ([(e.codes, unit_targets(gestures(e), CLOCK)) for e in part] for part in (train, val))
     units = UnitNetwork.fit(seen, held, 4, [16], 0.2, SETTINGS, folder / "units")
+    over_time = {"kind": "recurrent", "width": 8, "dropout": 0.2, "input_dropout": 0.2}
+    sequences = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(over_time, replace(SETTINGS, utterances=2)))
+    sequences.fit(train, val, folder / "over_time")
     np.savez(folder / "result.npz", weights=flat(model.networks_[0]), variance=model.variance_,
-             units=flat(units.network))
+             units=flat(units.network), over_time=flat(sequences.networks_[0]))
 
 
 def flat(network: FrameNetwork) -> np.ndarray:
@@ -114,6 +118,11 @@ def in_a_fit_of_visemes() -> None:
     FitModule.on_train_epoch_start = counted(FitModule.on_train_epoch_start, 7)  # type: ignore[method-assign]
 
 
+def in_a_fit_over_time() -> None:
+    """Die in its second epoch, after all the others."""
+    FitModule.on_train_epoch_start = counted(FitModule.on_train_epoch_start, 10)  # type: ignore[method-assign]
+
+
 def writing_a_checkpoint() -> None:
     """Die with half of the third checkpoint (the best or the last of the second epoch) on the disk."""
     Path.write_bytes = half_written(3)  # type: ignore[method-assign,assignment]
@@ -125,7 +134,7 @@ def between_best_and_last() -> None:
     dnnvss.training.callbacks.save_checkpoint = save  # type: ignore[assignment]
 
 
-POINTS = (in_first_epoch, in_an_epoch, in_a_refinement, in_a_fit_of_visemes, writing_a_checkpoint,
+POINTS = (in_first_epoch, in_an_epoch, in_a_refinement, in_a_fit_of_visemes, in_a_fit_over_time, writing_a_checkpoint,
           between_best_and_last)
 
 

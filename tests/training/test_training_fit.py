@@ -213,15 +213,15 @@ def test_one_process_alone_is_the_first(told: dict[str, str], number: int, monke
 
 @pytest.mark.slow
 def test_a_fit_killed_at_any_moment_ends_as_one_that_was_not(tmp_path: Path) -> None:
-    """In the first epoch, in a later one, in a refinement, in a fit of visemes, with half a checkpoint written, between
-    the best and the last.
+    """In the first epoch, in a later one, in a refinement, in fits of visemes and over time, with half a checkpoint
+    written, between the best and the last.
     """
     program([Path(__file__).with_name("killed_fit.py"), tmp_path])
     results = {path.parent.name: np.load(path) for path in tmp_path.glob("*/result.npz")}
     whole = results.pop("whole")
-    assert len(results) == 6
+    assert len(results) == 7
     for name, result in results.items():
-        for part in ("weights", "variance", "units"):
+        for part in ("weights", "variance", "units", "over_time"):
             np.testing.assert_array_equal(result[part], whole[part], err_msg=f"{name}: {part}")
 
 

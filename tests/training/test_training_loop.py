@@ -23,7 +23,7 @@ from dnnvss.training.module import FitModule
 from dnnvss.training.objective import Objective
 from dnnvss.training.recipe import Recipe, one_cycle, steady
 from dnnvss.training.trajectories import TrajectoryError
-from dnnvss.training.utterances import Measurement, UtteranceBatches
+from dnnvss.training.utterances import UtteranceBatches
 
 CLASSES, DIMENSIONS = 4, 3
 SETTINGS = FitSettings(epochs=5, batch_size=32, share=0.8, learning_rate=1e-2, weight_decay=0.01, clip=0.5, seed=3)
@@ -44,11 +44,12 @@ def frames(examples: list[Example], seed: int | None) -> FrameBatches:
     return FrameBatches(store, NumericScaler.fit(store), targets, np.arange(len(store)), 32, 0.8, seed)
 
 
-def utterances(examples: list[Example]) -> list[Measurement]:
-    scaler = NumericScaler.fit(CodeStore.join((e.id, e.codes) for e in examples))
-    return [Measurement(torch.from_numpy(e.codes.active(t)), torch.from_numpy(scaler(e.codes.numeric(t))),
-                        torch.from_numpy(e.targets[:, 0].copy()), torch.from_numpy(e.valid))  # type: ignore[index,arg-type]
-            for e in examples for t in [np.arange(len(e.codes))]]
+def utterances(examples: list[Example], size: int, seed: int | None = None) -> UtteranceBatches:
+    """Return batches of whole utterances with their targets as they are."""
+    store = CodeStore.join((e.id, e.codes) for e in examples)
+    targets = np.concatenate([e.measured[0] for e in examples]).reshape(len(store), -1)
+    valid = np.concatenate([e.measured[1] for e in examples])
+    return UtteranceBatches(store, NumericScaler.fit(store), targets, valid, size, seed=seed)
 
 
 def told(where: str, value: float) -> DnnvssError:
@@ -94,8 +95,7 @@ def fit(request: pytest.FixtureRequest, examples: dict[str, list[Example]]) -> F
                 frames(examples["train"], SETTINGS.seed), frames(examples["val"], None))
     objective = TrajectoryError(decoded, JOIN, torch.ones(DIMENSIONS))
     return (new_network(3 * DIMENSIONS), objective, steady(SETTINGS),
-            UtteranceBatches(utterances(examples["train"]), 3, SETTINGS.seed),
-            UtteranceBatches(utterances(examples["val"]), 3))
+            utterances(examples["train"], 3, SETTINGS.seed), utterances(examples["val"], 3))
 
 
 def test_weights_and_measures_are_those_of_a_loop_written_by_hand(fit: Fit, tmp_path: Path) -> None:
@@ -135,13 +135,13 @@ def test_a_fit_that_was_stopped_goes_on_to_the_same_weights(fit: Fit, tmp_path: 
 
 
 def test_a_batch_that_says_nothing_takes_no_step(examples: dict[str, list[Example]], tmp_path: Path) -> None:
-    seen = utterances(examples["train"])
-    blind = [replace(u, valid=torch.zeros_like(u.valid)) for u in seen]
+    seen = examples["train"]
+    blind = [replace(e, valid=np.zeros_like(e.valid)) for e in seen]
     network, objective = new_network(3 * DIMENSIONS), TrajectoryError(decoded, JOIN, torch.ones(DIMENSIONS))
     before = copy.deepcopy(network.state_dict())
     settings = replace(alone(SETTINGS), epochs=1)
-    run_fit(network, objective, steady(settings), UtteranceBatches(blind, 8, 0), UtteranceBatches(seen[:1], 8),
-            settings, tmp_path)
+    run_fit(network, objective, steady(settings), utterances(blind, 8, 0), utterances(seen[:1], 8), settings,
+            tmp_path)
     for name, value in network.state_dict().items():
         assert torch.equal(before[name], value), name
 
