@@ -18,6 +18,7 @@ COMMANDS = {
     "track": "the points of every frame of videos, from about thirty labelled ones",
     "figure": "a coefficient of a test sentence, measured and predicted by runs",
     "face-figures": "what a face model has learnt, and how well it sees its talker",
+    "correlations": "how much of what is seen can be heard: canonical correlations of features and a face",
     "units": "what the dynamic visemes of a run look like",
     "visemes": "measurements of gestures and dynamic visemes of a corpus",
     "features": "the feature tables as Markdown",

@@ -54,6 +54,7 @@ def train(config: DictConfig) -> float:
     material = gather(settings, corpus, encoded, scratch=folder)
     print(f"training {settings.model_name} on {len(material.examples['train'])} utterances; "
           f"TensorBoard: {places.tensorboard}")
+    model.take_face(encoded.face)
     model.fit(material.examples["train"], material.examples["val"], folder)
     if helper:  # the first process of those that share the fit does the rest
         return math.nan

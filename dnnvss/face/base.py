@@ -132,3 +132,12 @@ def name_groups(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
     kinds = [name.rstrip("0123456789") for name in names]
     groups = {kind: tuple(i for i, own in enumerate(kinds) if own == kind) for kind in dict.fromkeys(kinds)}
     return groups | {name: (i,) for i, name in enumerate(names)}
+
+
+def largest_groups(groups: Mapping[str, Sequence[int]]) -> dict[str, tuple[int, ...]]:
+    """The largest groups of parameters that share none, such as all of shape and all of texture."""
+    found: dict[str, tuple[int, ...]] = {}
+    for name, group in sorted(groups.items(), key=lambda item: -len(item[1])):
+        if not any(set(group) & set(other) for other in found.values()):
+            found[name] = tuple(group)
+    return {name: found[name] for name in groups if name in found}

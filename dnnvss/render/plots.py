@@ -14,7 +14,7 @@ from dnnvss.face.base import Face
 from dnnvss.render.pictures import still
 from dnnvss.timing import FrameClock, Tier
 
-_COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
+COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
 _LINE, _LINES, _CROWD = 100, 30, 200
 """Phones of a line of a plot over time, from which it goes on in another line below; lines of a plot at most; and
 phones of a line from which they go without labels, which could not be read."""
@@ -50,10 +50,10 @@ def plot_trajectories(
     if not series:
         raise DnnvssError("there is nothing to plot", file=path, remedy="Give one trajectory at least")
     clock, lines = FrameClock(rate), _lines(phones, phones.start, phones.end)
-    figure = _figure(_width(phones), 3.2 * len(lines))
+    figure = new_figure(_width(phones), 3.2 * len(lines))
     every = figure.subplots(len(lines), 1, squeeze=False, sharey=True)[:, 0]
     for axes, span in zip(every, lines, strict=True):
-        for colour, (name, values) in zip(_COLOURS * len(series), series.items(), strict=False):
+        for colour, (name, values) in zip(COLOURS * len(series), series.items(), strict=False):
             axes.plot(clock.centres(len(values)), values, label=name, color=colour, linewidth=1.4)
         _edges(axes, phones, span, "#bbbbbb")
         _labels(axes, phones, span)
@@ -61,7 +61,7 @@ def plot_trajectories(
     every[-1].set_xlabel("time (s)")
     every[0].set_title(title, pad=16, fontsize=10)
     every[0].legend(loc="upper right", frameon=False, fontsize=8)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Fraction | int | float | str,
@@ -78,10 +78,10 @@ def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Frac
     """
     clock = FrameClock(rate)
     times, lines = clock.centres(len(valid)), _lines(phones, 0.0, clock.seconds(len(valid)))
-    figure = _figure(_width(phones), (1.9 * len(series) + 0.4) * len(lines))
+    figure = new_figure(_width(phones), (1.9 * len(series) + 0.4) * len(lines))
     every = figure.subplots(len(series) * len(lines), 1, squeeze=False)[:, 0].reshape(len(lines), len(series))
     for rows, span in zip(every, lines, strict=True):
-        for axes, colour, (name, values) in zip(rows, _COLOURS[1:] * len(series), series.items(), strict=False):
+        for axes, colour, (name, values) in zip(rows, COLOURS[1:] * len(series), series.items(), strict=False):
             axes.plot(times, values, color=colour, linewidth=1.4)
             axes.axhline(float(np.median(values[valid])) if valid.any() else np.nan, color="#999999", linewidth=0.8,
                          linestyle="--")
@@ -93,7 +93,7 @@ def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Frac
         _labels(rows[0], phones, span)
     every[0, 0].set_title(title, pad=16, fontsize=10)
     every[-1, -1].set_xlabel("time (s)")
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def _width(phones: Tier) -> float:
@@ -129,7 +129,7 @@ def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
 def plot_modes(path: str | Path, face: Face, count: int = 6, deviations: float = 2.0) -> Path:
     """Write a picture of the first modes, some standard deviations down, at the mean, and up; return the path."""
     count = min(count, len(face.names))
-    figure = _figure(1.5 * count, 3.6)
+    figure = new_figure(1.5 * count, 3.6)
     grid = figure.subplots(3, count, squeeze=False)
     for mode in range(count):
         for row, amount in enumerate((-deviations, 0.0, deviations)):
@@ -143,7 +143,7 @@ def plot_modes(path: str | Path, face: Face, count: int = 6, deviations: float =
             if mode == 0:
                 axes.text(-0.08, 0.5, f"{amount:+.0f} sd" if amount else "mean", transform=axes.transAxes, rotation=90,
                           va="center", ha="right", fontsize=9)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_grid(path: str | Path, grids: Mapping[str, np.ndarray], rows: tuple[str, Sequence[Any]],
@@ -155,7 +155,7 @@ def plot_grid(path: str | Path, grids: Mapping[str, np.ndarray], rows: tuple[str
         grids: title to values (rows, columns); NaN leaves a cell empty.
         rows, columns: what they count, and the value of each.
     """
-    figure = _figure(len(grids) * (1.6 + 0.9 * len(columns[1])), 1.4 + 0.55 * len(rows[1]))
+    figure = new_figure(len(grids) * (1.6 + 0.9 * len(columns[1])), 1.4 + 0.55 * len(rows[1]))
     for axes, (title, values) in zip(figure.subplots(1, len(grids), squeeze=False)[0], grids.items(), strict=True):
         shown = axes.imshow(values, cmap="viridis", aspect="auto")
         digits = max(1, 3 - int(np.log10(max(np.nanmax(np.abs(values)), 1))))
@@ -167,10 +167,11 @@ def plot_grid(path: str | Path, grids: Mapping[str, np.ndarray], rows: tuple[str
         axes.set(xticks=range(len(columns[1])), xticklabels=columns[1], xlabel=columns[0],
                  yticks=range(len(rows[1])), yticklabels=rows[1], ylabel=rows[0])
         axes.set_title(title, fontsize=10)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
-def _figure(width: float, height: float) -> Any:
+def new_figure(width: float, height: float) -> Any:
+    """An empty figure of some inches."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # slow to import, and rarely needed
     from matplotlib.figure import Figure
 
@@ -179,7 +180,12 @@ def _figure(width: float, height: float) -> Any:
     return figure
 
 
-def _save(figure: Any, path: str | Path) -> Path:
+def save_figure(figure: Any, path: str | Path) -> Path:
+    """Write a figure, whole or not at all, and return its path.
+
+    Raises:
+        DnnvssError: a name whose ending is of no picture.
+    """
     known = figure.canvas.get_supported_filetypes()
     if Path(path).suffix.lower().removeprefix(".") not in known:
         raise DnnvssError("a picture cannot be written under this name", file=path, remedy="Name it .png, .pdf or .svg")

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.face.base import Face
 from dnnvss.features import FeatureTable, FrameCodes
 from dnnvss.timing import Alignment, FrameClock
 
@@ -102,6 +103,10 @@ class VisualModel(ABC):
     def __init__(self, table: FeatureTable, clock: FrameClock, settings: Any = None) -> None:
         self.table, self.clock = table, clock
         self.settings: Any = self.Settings() if settings is None else settings
+
+    def take_face(self, face: Face) -> None:
+        """What a system has to know of the face whose parameters it predicts, before a fit; nothing by default."""
+        del face
 
     @abstractmethod
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
