@@ -124,6 +124,26 @@ class Textured(Protocol):
         ...
 
 
+@runtime_checkable
+class Regional(Protocol):
+    """A face that shows more than points in a region: texture too."""
+
+    def region(self, points: Sequence[int]) -> np.ndarray:
+        """The form (D, D) of the region of some points, see :func:`region_form`."""
+        ...
+
+
+def region_form(face: Face, points: Sequence[int]) -> np.ndarray:
+    """How large a change of the parameters looks at some points: ``c' G c`` for a change c (D,), as G (D, D).
+
+    Squares of the points' movement, and of the texture's change beside them where the face has one.
+    """
+    if isinstance(face, Regional):
+        return face.region(points)
+    moved = face.jacobian()[:, list(points)].reshape(len(face.names), -1)
+    return moved @ moved.T
+
+
 def name_groups(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
     """Groups of parameters by their names: all that differ only in their number, and each by itself.
 

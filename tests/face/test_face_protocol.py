@@ -10,7 +10,7 @@ from face.aam_cases import CONFIG, GROUPS, POINTS, clips, corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face import clips as clips_module
 from dnnvss.face import encoding as encoding_module
-from dnnvss.face.base import APERTURE, LOWER_LIP, WIDTH, Face, Textured, name_groups
+from dnnvss.face.base import APERTURE, LOWER_LIP, WIDTH, Face, Textured, largest_groups, name_groups, region_form
 from dnnvss.face.encoding import encode_corpus
 from dnnvss.face.kinds import FACES, FaceSettings, face_kind, load_face, read_face_settings
 from dnnvss.face.points.settings import PointsSettings
@@ -62,6 +62,29 @@ def test_points_and_gauges_are_linear(kind: str, faces: dict[str, Face]) -> None
         slope = [gauge(row) - gauge(zero) for row in np.eye(size)]
         assert slope == pytest.approx(gauge.vector, abs=1e-9)
         assert gauge(x).shape == (7,) and gauge(0.5 * x) - gauge(zero) == pytest.approx(0.5 * (gauge(x) - gauge(zero)))
+
+
+@pytest.mark.parametrize("kind", FACES)
+def test_regions_are_as_large_as_what_changes_in_them(kind: str, faces: dict[str, Face]) -> None:
+    face = faces[kind]
+    change, line = movement(face)[0], next(iter(face.contours.values()))
+    moved = (face.points(change) - face.points(np.zeros(len(change))))[list(line)]
+    form, whole = region_form(face, list(line)), region_form(face, range(face.jacobian().shape[1]))
+    assert np.linalg.eigvalsh(form).min() > -1e-9 and np.linalg.eigvalsh(whole - form).min() > -1e-6
+    if kind != "aam":
+        assert change @ form @ change == pytest.approx((moved**2).sum())
+        return
+    weight, seen = face.shape_weight, face.decode_texture(change) - face.mean_texture
+    assert change @ form @ change > weight**2 * (moved**2).sum()
+    assert whole == pytest.approx(np.eye(len(change)), abs=1e-4)
+    assert change @ whole @ change == pytest.approx(
+        weight**2 * ((face.points(change) - face.mean_shape) ** 2).sum() + (seen.astype(float)**2).sum(), rel=1e-4)
+
+
+def test_the_largest_groups_share_no_parameter() -> None:
+    names = ("shape01", "shape02", "texture01", "texture02", "texture03")
+    assert largest_groups(name_groups(names)) == {"shape": (0, 1), "texture": (2, 3, 4)}
+    assert largest_groups(name_groups(("a", "b"))) == {"a": (0,), "b": (1,)}
 
 
 @pytest.mark.parametrize("kind", FACES)

@@ -1,7 +1,7 @@
 """The active appearance model: shape and texture of a face as a few linear parameters."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -124,6 +124,18 @@ class ActiveAppearanceModel:
     def jacobian(self) -> np.ndarray:
         """How the points move with each parameter, (D, P, 2)."""
         return self.shape_modes.astype(float)
+
+    def region(self, points: Sequence[int]) -> np.ndarray:
+        """The form (D, D) of a region: its points, weighed as in the model, and the pixels of its triangles.
+
+        A triangle is of the region where two of its corners are. The form of all points is the identity.
+        """
+        inside = np.zeros(len(self.mean_shape), dtype=bool)
+        inside[list(points)] = True
+        seen = inside[self.warp.matrix.indices.reshape(-1, 3)].sum(axis=1) > 1
+        shape = self.shape_weight * self.shape_modes[:, inside].reshape(self.size, -1)
+        texture = self.texture_modes[:, seen].reshape(self.size, -1).astype(np.float64)
+        return shape @ shape.T + texture @ texture.T
 
     def decode_texture(self, parameters: np.ndarray) -> np.ndarray:
         """Return textures (..., N, 3) float32, not clipped to 0..255, for parameters (..., D); luminance is grey."""
