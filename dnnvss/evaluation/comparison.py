@@ -1,7 +1,7 @@
 """All systems on all metrics: values with intervals, paired tests, phone classes; as text, Markdown and JSON."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from dnnvss.evaluation.statistics import Difference, Estimate, difference, estim
 from dnnvss.face.base import APERTURE
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.phones.articulation import ARTICULATION
+from dnnvss.systems.registry import INPUTS
 
 CLASSES = ("vowel", "bilabial", "labiodental", "dental", "alveolar", "postalveolar", "velar", "other consonant",
            "silence")
@@ -44,6 +45,8 @@ class Comparison:
         seed: of intervals and tests.
         unit: of the face.
         lacking: title of a metric that was left out to what the face lacks for it.
+        inputs: system to what drives it, text or a voice (:data:`~dnnvss.systems.registry.INPUTS`), where that is
+            known.
     """
 
     pairs: dict[str, dict[str, np.ndarray]]
@@ -55,6 +58,7 @@ class Comparison:
     seed: int = 0
     unit: str = "px"
     lacking: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, str] = field(default_factory=dict)
 
     def estimate(self, system: str, metric: str) -> Estimate:
         """Return a system's value and 95 % interval."""
@@ -77,14 +81,44 @@ class Comparison:
         missing = ", ".join(f"{title} ({what})" for title, what in self.lacking.items())
         return [f"Left out, with what this kind of face lacks for it in brackets: {missing}."] if missing else []
 
+    def with_inputs(self, inputs: Mapping[str, str]) -> "Comparison":
+        """The same, with what drives each system; what is driven alike stands together."""
+        order = {name: INPUTS.index(inputs[name]) if name in inputs else len(INPUTS) for name in self.pairs}
+        names = sorted(self.pairs, key=lambda name: order[name])
+        return replace(self, pairs={n: self.pairs[n] for n in names}, classes={n: self.classes[n] for n in names},
+                       systems=tuple(n for n in names if n in self.systems), inputs=dict(inputs))
+
+    @property
+    def rivals(self) -> list[str]:
+        """A paragraph where systems are driven by different things; none where they are not."""
+        kinds = [kind for kind in INPUTS if kind in {self.inputs.get(name) for name in self.systems}]
+        if len(kinds) < 2:
+            return []
+        return [f"These systems are driven by different things ({', '.join(kinds)}) and are no ranking of each other: "
+                "what goes by text is given the right phones and their times, what goes by a voice is not."]
+
+    def titled(self, system: str, other: str) -> str:
+        """A system in a sentence with another: with what drives it, where that differs."""
+        own = self.inputs.get(system)
+        return system if own == self.inputs.get(other) else f"{system} [{own or 'unknown'}]"
+
+    @property
+    def head(self) -> list[str]:
+        """The titles of the columns that say which system a row is of."""
+        return ["system", "driven by"] if self.inputs else ["system"]
+
+    def named(self, system: str) -> list[str]:
+        """The cells under :attr:`head`."""
+        return [system, self.inputs.get(system, "")] if self.inputs else [system]
+
     def markdown(self) -> str:
         """Return the report in Markdown: values, tests, phone classes, definitions."""
         parts = [f"{len(self.sentences)} sentences; averages run over the first {self.first} coefficients. In brackets "
                  "the 95 % bootstrap interval over sentences."]
-        parts += self.gaps
+        parts += self.gaps + self.rivals
         for block in _split(self.measures, 5):
-            rows = [[s, *[_interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
-            parts.append(markdown_numbers(["system", *[m.title for m in block]], rows))
+            rows = [[*self.named(s), *[_interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
+            parts.append(markdown_numbers([*self.head, *[m.title for m in block]], rows))
         if len(self.systems) > 1:
             parts += ["### Paired differences", self._tests_text()]
         parts += ["### By phone class", *self._class_tables(), "### Definitions"]
@@ -97,7 +131,8 @@ class Comparison:
             for a, b, d, p in self.tests(m.name):
                 if not np.isnan(d.value):
                     span = _interval(Estimate(d.value, d.low, d.high))
-                    rows.append([m.title, f"{b} less {a}", span, f"{d.p:.4f}", f"{p:.4f}"])
+                    names = f"{self.titled(b, a)} less {self.titled(a, b)}"
+                    rows.append([m.title, names, span, f"{d.p:.4f}", f"{p:.4f}"])
         head = ["metric", "systems", "difference", "p (permutation)", "p (Holm)"]
         return markdown_numbers(head, rows)
 
@@ -114,8 +149,8 @@ class Comparison:
         """Return the values as aligned text for the screen."""
         lines = []
         for block in _split(self.measures, 6):
-            rows = [[s, *[number(pooled(self.pairs[s][m.name])) for m in block]] for s in self.pairs]
-            lines += [aligned(["", *[m.title for m in block]], rows), ""]
+            rows = [[*self.named(s), *[number(pooled(self.pairs[s][m.name])) for m in block]] for s in self.pairs]
+            lines += [aligned(["", *self.head[1:], *[m.title for m in block]], rows), ""]
         return "\n".join(lines).rstrip()
 
     def to_json(self) -> dict[str, Any]:
@@ -129,7 +164,8 @@ class Comparison:
         by_class = {s: {c: _plain({n: pooled(v) for n, v in metrics.items()}) for c, metrics in by.items()}
                     for s, by in self.classes.items()}
         about = {m.name: {"title": m.title, "definition": m.definition, "better": m.better} for m in self.measures}
-        return {"sentences": list(self.sentences), "systems": list(self.systems), "first": self.first, "metrics": about,
+        return {"sentences": list(self.sentences), "systems": list(self.systems),
+                "driven_by": dict(self.inputs), "first": self.first, "metrics": about,
                 "values": values, "pairs": raw, "tests": tests, "phone_classes": by_class}
 
 

@@ -10,7 +10,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.across import Side, compare_faces
 from dnnvss.evaluation.comparison import Predictions, compare
 from dnnvss.evaluation.page import write_page
-from dnnvss.evaluation.runs import by_face, make_bench, read_run
+from dnnvss.evaluation.runs import RunData, by_face, make_bench, read_run
+from dnnvss.systems.registry import driven_by, read_system
 
 _HASH = re.compile("-[0-9a-f]{8}$")
 
@@ -41,21 +42,31 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
     """
     runs = [read_run(folder) for folder in folders]
     names = names or run_titles(list(folders))
-    sides = {}
+    sides: dict[str, Side] = {}
+    inputs: dict[str, str] = {}
     for face, group in by_face(dict(zip(names, runs, strict=True))).items():
         systems: dict[str, Predictions] = {name: run.arrays["predicted"] for name, run in group.items()}
         systems |= {f"{name}, {style}": own for name, run in group.items() for style, own in run.styled.items()}
+        inputs |= {row: driven(run) for name, run in group.items()
+                   for row in (name, *(f"{name}, {style}" for style in run.styled))}
         sides[face] = Side(make_bench(list(group.values()), first), systems)
     if len(sides) == 1:
         told = next(iter(sides.values()))
         result = compare(told.bench, told.systems, seed)
     else:
         result, told = compare_faces(sides, seed)
+    result = result.with_inputs(inputs)
     out = out or folders[0] / "evaluation"
     files.write_text(out / "evaluation.md", result.markdown())
     files.write_json(out / "evaluation.json", result.to_json())
     page = write_page(out / "evaluation.html", result, told.bench, told.systems, dict(zip(names, folders, strict=True)))
     return Compared(result.table(), page)
+
+
+def driven(run: RunData) -> str:
+    """What drives the system of a run: text, a voice, both or nothing."""
+    cls, _ = read_system(run.settings.model_name, run.settings.model)
+    return driven_by(cls, run.settings.task.table)
 
 
 def run_titles(folders: list[Path]) -> list[str]:

@@ -43,7 +43,8 @@ def write_page(
     names = ", ".join(result.systems)
     text = template.substitute(
         title=html.escape(f"Evaluation: {names}"),
-        lead=f"{len(result.sentences)} test sentences; averages over the first {result.first} coefficients.",
+        lead=html.escape(" ".join([f"{len(result.sentences)} test sentences; averages over the first {result.first} "
+                                   "coefficients.", *result.rivals])),
         values=_values(result),
         cards="".join(_card(result, m) for m in result.measures),
         tests=_tests(result),
@@ -78,13 +79,13 @@ def _kind(result: Comparison, system: str) -> str:
 def _values(result: Comparison) -> str:
     rows = []
     for system in result.pairs:
-        cells = [html.escape(system)]
+        cells = [html.escape(name) for name in result.named(system)]
         for m in result.measures:
             e = result.estimate(system, m.name)
             around = "" if np.isnan(e.low) else f"<small>{number(e.low)} to {number(e.high)}</small>"
             cells.append(number(e.value) + around)
         rows.append((_kind(result, system), cells))
-    return _table(["system", *[m.title for m in result.measures]], rows)
+    return _table([*result.head, *[m.title for m in result.measures]], rows)
 
 
 def _card(result: Comparison, m: Measure) -> str:
@@ -107,6 +108,7 @@ def _card(result: Comparison, m: Measure) -> str:
         y = 16 + 20 * row
         colour = _colour(result, system)
         label = html.escape(system if len(system) < 22 else system[:9] + "…" + system[-10:])
+        label += f" [{result.inputs[system]}]" if result.rivals and system in result.inputs else ""
         rows.append(
             f'<text x="0" y="{y + 4}"{"" if system in result.systems else " class=soft"}>{label}</text>'
             f'<line x1="{x(e.low):.1f}" x2="{x(e.high):.1f}" y1="{y}" y2="{y}" stroke="{colour}" opacity=".45"'
@@ -131,7 +133,8 @@ def _tests(result: Comparison) -> str:
         for a, b, d, p in result.tests(m.name):
             if not np.isnan(d.value):
                 span = number(d.low) if np.isnan(d.low) else f"{number(d.low)} to {number(d.high)}"
-                cells = [html.escape(m.title), html.escape(f"{b} less {a}"), number(d.value), span, f"{d.p:.4f}",
+                names = f"{result.titled(b, a)} less {result.titled(a, b)}"
+                cells = [html.escape(m.title), html.escape(names), number(d.value), span, f"{d.p:.4f}",
                          f"{p:.4f}"]
                 rows.append(("system", cells))
     head = ["metric", "systems", "difference", "95 % interval", "p (permutation)", "p (Holm)"]

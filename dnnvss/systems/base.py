@@ -95,6 +95,8 @@ class VisualModel(ABC):
     """Its name in YAML."""
     reads: ClassVar[frozenset[str]]
     """Which of :data:`READABLE` make a difference to it."""
+    looks_up: ClassVar[frozenset[str]] = frozenset()
+    """Which of :data:`READABLE` it looks at in every example, whatever the labels are."""
     Settings: ClassVar[type[Any]] = NoSettings
     """A frozen dataclass of what YAML may set, see :mod:`dnnvss.settings`."""
     null: ClassVar[bool] = False

@@ -74,6 +74,7 @@ class Codebook(VisualModel):
 
     system = "codebook"
     reads = frozenset({"phones"})
+    looks_up = frozenset({"phones"})
     Settings = CodebookSettings
     settings: CodebookSettings
 

@@ -1,7 +1,7 @@
-"""Real pieces of the recordings, chosen by the trajectory that a network predicts."""
+"""Real pieces of the recordings, chosen by the trajectory that a network or any other system predicts."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 import torch
 
 from dnnvss.errors import DnnvssError
+from dnnvss.face.base import Face
 from dnnvss.features import FeatureTable, phones_of
 from dnnvss.phones import PHONES
 from dnnvss.settings import setting
@@ -17,6 +18,7 @@ from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel, pool
 from dnnvss.systems.codebook import Choice, Codebook, CodebookSettings
 from dnnvss.systems.codebook_units import SAMPLES
 from dnnvss.systems.network import MembersSettings, NetworkModel, NetworkSettings
+from dnnvss.systems.registry import check_inputs, read_system
 from dnnvss.timing import FrameClock
 
 
@@ -32,21 +34,26 @@ class GuidedSettings(MembersSettings):
     examples: int = setting(3, least=1, doc="how many of them are averaged; 1 plays a single recording")
     join: float = setting(0.03, least=0, doc="weight of the join costs")
     cutoff: float | None = setting(15.0, above=0, doc="Hz of the codebook's smoothing spline")
+    guide: Mapping[str, Any] | None = setting(None, doc="the system that leads, as a file of conf/model says it; the "
+                                                        "network where null")
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.guide is not None:
+            read_system("", self.guide, "model.guide", "model.guide.fit")
         if self.examples > self.candidates:
             raise DnnvssError(f"model.candidates={self.candidates} is less than model.examples={self.examples}",
                               remedy="Give as many candidates as examples, or more")
 
 
 class GuidedCodebook(VisualModel):
-    """Recorded examples for each phone: near the network's trajectory, and fitting their neighbours.
+    """Recorded examples for each phone: near a guide's trajectory, and fitting their neighbours.
 
-    A network moves less than the talker; its trajectory is first stretched about its mean to the deviation that the
-    validation frames have. The target cost of an example is the mean squared distance of that guide from it at five
-    equidistant points of the phone; the join cost of two examples is the squared distance between the end of the first
-    and the start of the second. Both are summed over parameters as they are, so that each counts by its significance.
+    The guide is a network, or any system that reads the labels. It moves less than the talker; its trajectory is first
+    stretched about its mean to the deviation that the validation frames have. The target cost of an example is the mean
+    squared distance of that guide from it at five equidistant points of the phone; the join cost of two examples is the
+    squared distance between the end of the first and the start of the second. Both are summed over parameters as they
+    are, so that each counts by its significance.
     The sequence of the least total cost is found by dynamic programming over the ``candidates`` nearest examples of
     each phone. Beside the one on that path stand those that would cost least in its place; ``examples`` of them are
     averaged, which takes chance out and, since all are near one guide, little movement. What is left of the jumps is
@@ -65,6 +72,7 @@ class GuidedCodebook(VisualModel):
 
     system = "guided"
     reads = READABLE
+    looks_up = frozenset({"phones"})
     Settings = GuidedSettings
     settings: GuidedSettings
 
@@ -72,14 +80,18 @@ class GuidedCodebook(VisualModel):
         super().__init__(table, clock, settings)
         s = self.settings
         self.candidates, self.examples, self.join = s.candidates, s.examples, s.join
-        self.network = NetworkModel(table, clock, NetworkSettings(s.network, s.fit, s.members))
+        self.leader = self._leader()
         self.book = Codebook(table, clock, CodebookSettings(examples=1, cutoff=s.cutoff))
 
+    def take_face(self, face: Face) -> None:
+        """Tell the guide."""
+        self.leader.take_face(face)
+
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
-        """Fit the network and keep the training trajectories."""
-        self.network.fit(train, val, folder / "network")
+        """Fit the guide and keep the training trajectories."""
+        self.leader.fit(train, val, folder / "network")
         self.book.fit(train, val, folder)
-        predicted = np.concatenate([self.network.predict(e).mean[e.valid, 0] for e in val]).astype(np.float64)
+        predicted = np.concatenate([self.leader.predict(e).mean[e.valid, 0] for e in val]).astype(np.float64)
         self.centre_ = predicted.mean(axis=0)
         self.stretch_ = pooled(val)[:, 0].std(axis=0, dtype=np.float64) / np.maximum(predicted.std(axis=0), 1e-12)
         self._index()
@@ -95,7 +107,7 @@ class GuidedCodebook(VisualModel):
 
     def choices(self, example: Example) -> list[Choice]:
         """Return the selection report: the examples that each phone with a frame is made of."""
-        guide = (self.network.predict(example).mean[:, 0] - self.centre_) * self.stretch_ + self.centre_
+        guide = (self.leader.predict(example).mean[:, 0] - self.centre_) * self.stretch_ + self.centre_
         wanted = _sampled(guide, example)
         rows = [self._nearest(code, points) for code, points in wanted]
         path = self._path(rows)
@@ -106,16 +118,27 @@ class GuidedCodebook(VisualModel):
         return {"selection": [c.described() for c in self.choices(example)]}
 
     def state(self) -> dict[str, Any]:
-        """Return the states of the network and of the codebook, and how the network's trajectory is stretched."""
-        return {"network": self.network.state(), "book": self.book.state(),
+        """Return the states of the guide and of the codebook, and how the guide's trajectory is stretched."""
+        return {"guide": self.leader.state(), "book": self.book.state(),
                 "centre": torch.from_numpy(self.centre_), "stretch": torch.from_numpy(self.stretch_)}
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Take over the states of the network and of the codebook."""
-        self.network.load_state(state["network"])
+        """Take over the states of the guide and of the codebook."""
+        self.leader.load_state(state["guide"])
         self.book.load_state(state["book"])
         self.centre_, self.stretch_ = state["centre"].numpy(), state["stretch"].numpy()
         self._index()
+
+    def _leader(self) -> VisualModel:
+        """The untrained guide."""
+        s = self.settings
+        if s.guide is None:
+            return NetworkModel(self.table, self.clock, NetworkSettings(s.network, s.fit, s.members))
+        cls, settings = read_system("", s.guide, "model.guide", "model.guide.fit")
+        if "fit" in {f.name for f in fields(cls.Settings)} and "fit" not in s.guide:
+            settings = replace(settings, fit=s.fit)
+        check_inputs(f"guided model.guide.system={cls.system}", cls, self.table)
+        return cls(self.table, self.clock, settings)
 
     def _index(self) -> None:
         """Sample every example at five points, from its first moment to its last: (P, 5, D)."""

@@ -54,6 +54,7 @@ class HiddenSemiMarkov(VisualModel):
 
     system = "hsmm"
     reads = frozenset({"phones", "words"})
+    looks_up = frozenset({"phones"})
     Settings = HiddenSemiMarkovSettings
     settings: HiddenSemiMarkovSettings
     states_: list[Tree]

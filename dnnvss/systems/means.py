@@ -62,6 +62,7 @@ class PhoneMean(_TableModel):
 
     system = "phone_mean"
     reads = frozenset({"phones"})
+    looks_up = frozenset({"phones"})
 
     def classes(self, example: Example) -> np.ndarray:
         """Return the phone code of every frame."""

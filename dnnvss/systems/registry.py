@@ -74,6 +74,20 @@ def check_inputs(name: str, cls: type[VisualModel], table: FeatureTable) -> None
                           remedy="Train it with labels of phones (labels=ph_d), or take a network (model=feedforward)")
 
 
+INPUTS = ("text", "voice", "voice and text", "nothing")
+"""What may drive a system, in the order of tables."""
+
+
+def driven_by(cls: type[VisualModel], table: FeatureTable) -> str:
+    """Which of :data:`INPUTS` a system goes by with the labels of a table.
+
+    Phones, words and dynamic visemes are text, also where their times come from a recording.
+    """
+    seen = (table.needs & cls.reads) | cls.looks_up
+    parts = (["voice"] if "sound" in seen else []) + (["text"] if seen - {"sound"} else [])
+    return " and ".join(parts) or "nothing"
+
+
 def null_systems(table: FeatureTable, clock: FrameClock) -> dict[str, VisualModel]:
     """The untrained null models by title, which look at none of the columns of the table."""
     return {name.replace("_", " "): cls(table, clock) for name, cls in systems().items() if cls.null}

@@ -185,6 +185,21 @@ def test_reports(tmp_path):
     assert page.count("<canvas") == 9 and page.count('class="cursor"') == 6
 
 
+def test_systems_of_different_inputs_are_told_apart(tmp_path):
+    b = bench(3)
+    systems = {"one": system(b, 0.5), "two": system(b, 1.0), "three": system(b, 1.5)}
+    result = compare(b, systems).with_inputs({"one": "voice", "two": "text", "three": "voice"})
+    assert result.systems == ("two", "one", "three") and list(result.pairs)[:3] == ["two", "one", "three"]
+    text = result.markdown()
+    assert "| system | driven by |" in text and "| two | text |" in text and "no ranking of each other" in text
+    assert "one [voice] less two [text]" in text and "three less one" in text
+    assert "one [voice] less two [text]" in write_page(tmp_path / "e.html", result, b, systems).read_text("utf-8")
+    assert result.to_json()["driven_by"]["two"] == "text" and "driven by" in result.table()
+    alike = result.with_inputs(dict.fromkeys(systems, "text"))
+    assert not alike.rivals and "[text]" not in alike.markdown()
+    assert not compare(b, systems).rivals and "driven by" not in compare(b, systems).markdown()
+
+
 def test_what_does_not_fit_is_named():
     b = bench(2)
     with pytest.raises(DnnvssError, match="utterance s1: system 'x' has no prediction"):

@@ -1,7 +1,7 @@
-"""Clusters of speech and appearance: data drawn from known clusters comes back, chains against all paths, parts joined."""
+"""Clusters of speech and appearance: known clusters come back, chains against all paths, parts joined."""
 
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from dnnvss.systems import Example
 from dnnvss.systems.cluster_choice import posteriors, transitions, viterbi
 from dnnvss.systems.cluster_node import fit_node
 from dnnvss.systems.clusters import ClusterSettings, SpeechAppearanceClusters
-from dnnvss.systems.hierarchy import Appearance, Part, Region, appearance, joined, regions
+from dnnvss.systems.hierarchy import Appearance, Part, appearance, joined, regions
 from dnnvss.systems.voice_space import VoiceSpace
 
 
@@ -56,7 +56,7 @@ def test_chains_against_all_paths() -> None:
     scores, start = rng.normal(size=(5, 3)), np.log(rng.dirichlet(np.ones(3)))
     steps = np.log(rng.dirichlet(np.ones(3), 3))
     paths = list(product(range(3), repeat=5))
-    worth = np.array([start[p[0]] + sum(steps[a, b] for a, b in zip(p, p[1:], strict=False))
+    worth = np.array([start[p[0]] + sum(steps[a, b] for a, b in pairwise(p))
                       + sum(scores[t, k] for t, k in enumerate(p)) for p in paths])
     assert viterbi(scores, start, steps).tolist() == list(paths[worth.argmax()])
     shares = np.exp(worth) / np.exp(worth).sum()
@@ -122,7 +122,7 @@ def test_what_agrees_is_joined_as_it_is_and_precedence_is_the_lower_parts() -> N
 
 
 def test_with_equal_weight_the_join_is_the_projection_of_the_composed_face() -> None:
-    """By hand: compose all movements, the mouth's in their place, and project them on the parent's orthonormal modes."""
+    """By hand: compose all movements, the mouth's in their place, projected on the parent's orthonormal modes."""
     known, rng = face(), np.random.default_rng(3)
     found = regions(known, [Part("mouth", ("lips", "chin"))])
     shown = {"face": Appearance(np.eye(8), np.eye(8)), "mouth": appearance(found["mouth"].form, np.eye(8), 1.0)}

@@ -18,7 +18,7 @@ from dnnvss.features import FeatureTable, phones_of
 from dnnvss.systems import BlendedNetworks, Example, NetworkModel, VisualModel
 from dnnvss.systems.base import READABLE
 from dnnvss.systems.frame_network import FrameNetwork
-from dnnvss.systems.registry import declared, make_system, null_systems, systems
+from dnnvss.systems.registry import declared, driven_by, make_system, null_systems, read_system, systems
 
 NAMES = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml"))
 SMALL = ["trainer.progress=false", "trainer.epochs=3", "trainer.figure_every=0", "trainer.batch_size=32",
@@ -84,6 +84,15 @@ def test_labels_that_a_system_does_not_read_are_refused(name: str) -> None:
 
 def test_null_models_are_found_by_what_they_say_of_themselves() -> None:
     assert list(null_systems(TABLE, CLOCK)) == ["training mean", "phone mean"]
+
+
+@pytest.mark.parametrize("name, blocks, inputs", [
+    ("cca", ("logmel",), "voice"), ("cca", ("centre_phone",), "text"), ("feedforward", ("centre_phone", "logmel"),
+    "voice and text"), ("guided", ("logmel",), "voice and text"), ("hsmm", ("centre_phone",), "text"),
+    ("phone_mean", ("logmel",), "text"), ("training_mean", ("centre_phone",), "nothing")])
+def test_what_drives_a_system(name: str, blocks: tuple[str, ...], inputs: str) -> None:
+    cls, _ = read_system("network" if name == "feedforward" else name, {})
+    assert driven_by(cls, FeatureTable(blocks)) == inputs
 
 
 def test_kinds_of_networks_are_found_by_name() -> None:

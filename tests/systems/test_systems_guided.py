@@ -15,7 +15,7 @@ from dnnvss.training import FitSettings
 SETTINGS = FitSettings(epochs=1, batch_size=32, progress=False, figure_every=0, accelerator="cpu")
 
 
-def guided(**settings: float) -> GuidedCodebook:
+def guided(**settings: object) -> GuidedCodebook:
     return GuidedCodebook(TABLE, CLOCK, GuidedCodebook.Settings(of_layers(8), SETTINGS, **settings))
 
 
@@ -30,7 +30,7 @@ def told(model: GuidedCodebook, monkeypatch: pytest.MonkeyPatch, mean: np.ndarra
     monkeypatch.setattr(model, "stretch_", np.ones(1))
     monkeypatch.setattr(model.book, "settings", replace(model.book.settings, cutoff=None))
     monkeypatch.setattr(model, "examples", 1)
-    monkeypatch.setattr(model.network, "predict", lambda example: Prediction(mean, np.ones(1)))
+    monkeypatch.setattr(model.leader, "predict", lambda example: Prediction(mean, np.ones(1)))
 
 
 def test_a_guide_that_was_recorded_comes_back_as_itself(model: GuidedCodebook, examples: dict[str, list[Example]],
@@ -45,7 +45,7 @@ def test_a_guide_that_was_recorded_comes_back_as_itself(model: GuidedCodebook, e
 
 
 def test_the_guide_moves_as_much_as_the_talker(model: GuidedCodebook, examples: dict[str, list[Example]]) -> None:
-    predicted = np.concatenate([model.network.predict(e).mean[e.valid, 0] for e in examples["val"]])
+    predicted = np.concatenate([model.leader.predict(e).mean[e.valid, 0] for e in examples["val"]])
     measured = np.concatenate([e.targets[e.valid, 0] for e in examples["val"]])
     stretched = (predicted - model.centre_) * model.stretch_ + model.centre_
     np.testing.assert_allclose(stretched.std(0), measured.std(0), rtol=1e-4)
@@ -96,6 +96,21 @@ def test_unknown_phone_takes_its_neighbours_pieces(model: GuidedCodebook, exampl
     codes[len(codes) // 2] = missing
     changed = replace(example, codes=replace(example.codes, arrays={**example.codes.arrays, "phone_code": codes}))
     assert any(c.phone != c.used for c in model.choices(changed))
+
+
+def test_any_system_can_lead(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    led = guided(guide={"system": "cca", "context": 2, "cutoff": 4.0})
+    led.fit(examples["train"], examples["val"], tmp_path)
+    assert led.leader.settings.context == 2 and led.leader.system == "cca"
+    again = guided(guide={"system": "cca", "context": 2, "cutoff": 4.0})
+    again.load_state(led.state())
+    example = examples["test"][0]
+    np.testing.assert_array_equal(again.predict(example).mean, led.predict(example).mean)
+    said = led.predict(example).mean[:, 0]
+    assert np.corrcoef(said.ravel(), example.targets[:, 0].ravel())[0, 1] > 0.8
+    assert guided(guide={"system": "network", "network": of_layers(8)}).leader.settings.fit is SETTINGS
+    with pytest.raises(DnnvssError, match=r"model\.guide\.contxt is no setting.*model\.guide\.context"):
+        guided(guide={"system": "cca", "contxt": 2})
 
 
 def test_settings_out_of_range(tmp_path: Path) -> None:
