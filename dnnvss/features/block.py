@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from dnnvss.acoustics import LogMel
+from dnnvss.acoustics import Energy, Formants, LogMel, Lpc, Lsf, Mfcc, Voicing
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import check_settings, setting
 
@@ -22,6 +22,8 @@ class Settings:
         units: number of dynamic visemes, 0 to ``units - 1``.
         logmel: how the sound is analysed.
         logmel_offsets: the frames around the current one at which it is seen, each once and 0 not among them.
+        mfcc, lpc, lsf, formants, energy, voicing: likewise, each an analysis of the sound.
+        sound_offsets: the frames around the current one at which these are seen.
 
     Raises:
         DnnvssError: a window that is negative, fewer than one unit, or an offset twice.
@@ -32,14 +34,23 @@ class Settings:
     units: int = setting(160, least=1, doc="number of dynamic visemes")
     logmel: LogMel = setting(LogMel(), doc="bands of the sound")
     logmel_offsets: tuple[int, ...] = setting(tuple(o for o in range(-20, 21, 4) if o), least=-1000, most=1000,
-                                              doc="frames around the current one at which the sound is seen")
+                                              doc="frames around the current one at which the bands are seen")
+    mfcc: Mfcc = setting(Mfcc(), doc="mel-frequency cepstral coefficients of the sound")
+    lpc: Lpc = setting(Lpc(), doc="coefficients of linear prediction of the sound")
+    lsf: Lsf = setting(Lsf(), doc="line spectral frequencies of the sound")
+    formants: Formants = setting(Formants(), doc="formants of the sound")
+    energy: Energy = setting(Energy(), doc="power of the sound")
+    voicing: Voicing = setting(Voicing(), doc="periodicity of the sound")
+    sound_offsets: tuple[int, ...] = setting((-1, 1), least=-1000, most=1000,
+                                             doc="frames around the current one at which these are seen")
 
     def __post_init__(self) -> None:
         check_settings(self, "labels")
-        offsets = self.logmel_offsets
-        if 0 in offsets or len(set(offsets)) != len(offsets):
-            raise DnnvssError(f"labels.logmel_offsets={list(offsets)} names a frame twice, or the current one",
-                              remedy="Give each frame once; the block logmel has the current one")
+        for name, block in (("logmel_offsets", "logmel"), ("sound_offsets", "of the analysis")):
+            offsets = getattr(self, name)
+            if 0 in offsets or len(set(offsets)) != len(offsets):
+                raise DnnvssError(f"labels.{name}={list(offsets)} names a frame twice, or the current one",
+                                  remedy=f"Give each frame once; the block {block} has the current one")
 
     @property
     def offsets(self) -> tuple[int, ...]:

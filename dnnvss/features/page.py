@@ -32,10 +32,10 @@ What the paper leaves open, and what we chose:
 - **Dynamic visemes of a syllable** are those from the syllable's first frame to its last, so a viseme across a
   border belongs to both syllables; **phones of a dynamic viseme** likewise, silences not counted.
 - A segment too short to own a frame keeps its place: its neighbours see it in their context, and counts include it.
-- **Sound.** Frame k holds the sound around the centre of frame k of the trajectory: the power in bands of the mel
-  scale under a Hann window of 25 ms, in natural logarithms, not less than a floor of 1e-7 (white noise of variance 1
-  has power 1). Where a window would reach beyond the sound, the nearest whole one takes its place; frames beyond the
-  utterance hold its first or last frame. Sounds of other rates are brought to 16 kHz.
+- **Sound.** Frame k holds the sound around the centre of frame k of the trajectory. Where a window would reach beyond
+  the sound, the nearest whole one takes its place; frames beyond the utterance hold its first or last frame. With
+  `causal: true` the window ends with the frame, and before the sound there is silence. Sounds of other rates are
+  brought to 16 kHz. What each analysis is made of stands in the [API](api/acoustics.md).
 - Numeric columns are scaled to zero mean and unit variance over the training frames; binary columns are left as
   they are.
 """
@@ -63,8 +63,9 @@ def features_page(tables: Mapping[str, FeatureTable]) -> str:
     return "\n".join([
         _INTRODUCTION,
         "## Blocks", "",
-        "What a block reads is a source of features: `phones`, `visemes` or the sound as `logmel`. Widths are those of",
-        "16 frames of window on each side, 160 dynamic visemes, and 40 bands at 10 frames around.", "",
+        "What a block reads is a source of features: `phones`, `visemes`, or one of the analyses of the sound.",
+        "Widths are those of 16 frames of window on each side, 160 dynamic visemes, 40 mel bands at 10 frames around,",
+        "and the other analyses at the frames beside.", "",
         markdown_table(("block", "reads", "level", "kind", "width", "unit", "columns", "source"), blocks), "",
         "## Configurations", "",
         "`labels=NAME` of `train.py`. `ph_a` to `ph_e` are the systems of Thangthai 2016, Table 2.", "",

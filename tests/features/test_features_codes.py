@@ -19,7 +19,7 @@ from dnnvss.text.tree import linguistic_tree
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 UNITS = Settings(window_before=3, window_after=5, units=12)
-ALL = FeatureTable(tuple(n for n, b in catalogue(UNITS).items() if "logmel" not in b.reads), UNITS)
+ALL = FeatureTable(tuple(n for n, b in catalogue(UNITS).items() if {"phones", "visemes"} & {*b.reads}), UNITS)
 CLOCK = FrameClock(100)
 
 

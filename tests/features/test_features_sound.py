@@ -8,7 +8,7 @@ import pytest
 import torch
 from features.features_cases import frames_of
 
-from dnnvss.acoustics import LogMel, log_mel
+from dnnvss.acoustics import LogMel, analyse
 from dnnvss.errors import DnnvssError
 from dnnvss.features import (
     CodeStore,
@@ -51,7 +51,7 @@ def utterances() -> list[tuple[str, FrameCodes, np.ndarray]]:
     for n, ends in enumerate([(0.1, 0.24, 0.31), (0.05, 0.3), (0.2, 0.22, 0.4, 0.55)]):
         sound = sound_of(ends[-1], n)
         codes = encode(alignment_of(*ends), "", MIXED, CLOCK, sound)
-        made.append((f"u{n}", codes, log_mel(sound, SMALL.logmel, CLOCK, 0, round(100 * ends[-1]))))
+        made.append((f"u{n}", codes, analyse(sound, SMALL.logmel, CLOCK, 0, round(100 * ends[-1]))))
     return made
 
 
@@ -129,7 +129,7 @@ def test_the_sound_alone_needs_no_times() -> None:
     codes = encode_recording(Recording(None, sound=sound), MEL, CLOCK)
     assert (len(codes), codes.utterances, codes.sources) == (40, 1, ("logmel",))
     np.testing.assert_array_equal(codes.with_table(MEL).numeric(np.arange(40))[:, :5],
-                                  log_mel(sound, SMALL.logmel, CLOCK, 0, 40))
+                                  analyse(sound, SMALL.logmel, CLOCK, 0, 40))
     joined = CodeStore.join([("a", codes), ("b", encode(alignment_of(0.1, 0.2), "", MEL, CLOCK, sound_of(0.2)))])
     assert joined.sources == ("logmel",)
     assert joined.arrays["utterance_start"].tolist() == [0, 40] and len(joined) == 60
@@ -155,7 +155,7 @@ def test_phones_are_there_though_no_block_asks_for_them() -> None:
 def test_frames_begin_where_the_alignment_begins() -> None:
     sound = sound_of(0.6)
     codes = encode(alignment_of(0.3, 0.5, start=0.2), "", MEL, CLOCK, sound)
-    np.testing.assert_array_equal(codes.numeric(np.arange(30))[:, :5], log_mel(sound, SMALL.logmel, CLOCK, 20, 30))
+    np.testing.assert_array_equal(codes.numeric(np.arange(30))[:, :5], analyse(sound, SMALL.logmel, CLOCK, 20, 30))
 
 
 def test_what_is_missing_is_named() -> None:
@@ -176,3 +176,22 @@ def test_what_is_missing_is_named() -> None:
 def test_settings_are_checked(settings: dict, message: str) -> None:
     with pytest.raises(DnnvssError, match=message):
         FeatureTable.from_config({"blocks": ["logmel"], **settings})
+
+
+@pytest.mark.parametrize("name", ["mfcc", "lpc", "lsf", "formants", "energy", "voicing"])
+@pytest.mark.parametrize("causal", [False, True])
+def test_each_analysis_is_a_source(name: str, causal: bool) -> None:
+    made = {"blocks": [name, f"{name}_window"], name: {"causal": causal}, "sound_offsets": [-2, 1, 3]}
+    table, sound = FeatureTable.from_config(made), sound_of(0.3)
+    codes = encode(alignment_of(0.1, 0.3), "", table, CLOCK, sound)
+    analysis = getattr(table.settings, name)
+    rows = analyse(sound, analysis, CLOCK, 0, 30)
+    around = [rows[np.clip(np.arange(30) + offset, 0, 29)] for offset in (-2, 1, 3)]
+    np.testing.assert_array_equal(expand(codes), np.concatenate([rows, *around], axis=1))
+    assert (table.sources, table.needs) == ((name,), {"sound"})
+    assert table.columns[0] == f"{name}/{analysis.columns[0]}"
+    other = FeatureTable.from_config({**made, name: {"causal": not causal}})
+    with pytest.raises(DnnvssError, match=f"its {name} were worked out with other settings"):
+        codes.with_table(other)
+    with pytest.raises(DnnvssError, match=r"labels.sound_offsets=\[0\] names a frame twice, or the current"):
+        FeatureTable.from_config({"blocks": [name], "sound_offsets": [0]})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import CLOCK
 
-from dnnvss.acoustics import LogMel, log_mel
+from dnnvss.acoustics import LogMel, analyse
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
 from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
@@ -45,7 +45,7 @@ def test_the_recorded_sound_reaches_the_labels(tmp_path: Path) -> None:
     for visemes in (None, {"a": [other, other]}):
         (example,) = make_examples(task, corpus, [utterance], encoded(), visemes)
         for codes in (example.codes, *example.alternatives):
-            np.testing.assert_array_equal(codes.numeric(np.arange(40)), log_mel(sound, LogMel(bands=3), CLOCK, 0, 40))
+            np.testing.assert_array_equal(codes.numeric(np.arange(40)), analyse(sound, LogMel(bands=3), CLOCK, 0, 40))
         assert len(example.alternatives) == (visemes is not None)
 
 
