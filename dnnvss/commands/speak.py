@@ -16,7 +16,7 @@ from dnnvss.commands.speak_settings import SpeakSettings, check_files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.media import SOUND_RATE, SPEECH_RATE, read_audio
-from dnnvss.runs.naming import newest
+from dnnvss.runs.choice import HEARD, SPOKEN, best_run
 from dnnvss.runs.run import Run
 from dnnvss.style import read_keys, write_keys
 from dnnvss.style.generator import make_style
@@ -40,9 +40,7 @@ def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
     settings: SpeakSettings = typed_settings(COMMAND, config)
     check_files(settings)
-    folder = Path(settings.run) if settings.run else newest(Path(settings.runs))
-    print(f"run: {folder}")
-    run = Run.open(folder)
+    run = Run.open(chosen_run(settings))
     spoken = speak(run, read_request(settings, run))
     print("\n".join([*spoken.remarks, *spoken.stage.remarks]))
     exported = write_exports(settings, spoken)
@@ -50,6 +48,21 @@ def synthesise(config: DictConfig) -> None:
     keep = Path(settings.wav) if settings.wav else None
     written = write_spoken(spoken, Path(settings.out), about, keep, with_progress)
     print("wrote " + ", ".join(map(str, written + exported)))
+
+
+def chosen_run(settings: SpeakSettings) -> Path:
+    """The run that is named, or the best one for what is given; prints which it is.
+
+    Raises:
+        DnnvssError: no run does with what is given.
+    """
+    folder, why = Path(settings.run or ""), ""
+    if not settings.run:
+        spoken = SPOKEN if settings.text or settings.alignment or not settings.wav else frozenset()
+        heard = HEARD if settings.wav or settings.speech.engine != "none" else frozenset()
+        folder, why = best_run(Path(settings.runs), spoken | heard)
+    print(f"run: {folder}" + (f" ({why})" if why else ""))
+    return folder
 
 
 def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:

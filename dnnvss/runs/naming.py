@@ -90,18 +90,6 @@ def delete_run(folder: Path) -> None:
     shutil.rmtree(folder)
 
 
-def newest(runs: Path) -> Path:
-    """The finished run in ``runs`` that ended last.
-
-    Raises:
-        DnnvssError: there is none.
-    """
-    finished = [folder for folder in runs.glob("*") if RunFiles(folder).finished]
-    if not finished:
-        raise DnnvssError("no finished run here", file=runs, remedy="Train one first: python train.py corpus=demo")
-    return max(finished, key=lambda folder: RunFiles(folder).metrics.stat().st_mtime)
-
-
 def _flat(value: Any, name: str = "") -> dict[str, Any]:
     """Nested containers as one, with dotted names."""
     if not isinstance(value, dict):

@@ -62,6 +62,11 @@ class Run:
         """Labels, clock and streams."""
         return self.settings.task
 
+    @property
+    def needs(self) -> frozenset[str]:
+        """What an utterance must have: some of ``phones``, ``words``, ``visemes`` and ``sound``."""
+        return self.task.table.needs | self.model.looks_up
+
     @cached_property
     def face(self) -> Face:
         """The face whose parameters the system predicts."""

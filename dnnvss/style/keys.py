@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,7 @@ def sample_keys(
     trajectory: np.ndarray,
     clock: FrameClock,
     gauges: Mapping[str, Gauge],
-    tier: Tier,
+    tier: Tier | None,
     positions: Sequence[float] = (0.5,),
 ) -> list[Key]:
     """Return keys that describe a trajectory (T, D): the value of each gauge in each phone.
@@ -65,9 +65,15 @@ def sample_keys(
         trajectory: (T, D).
         clock: its clock.
         gauges: name to gauge.
-        tier: the phones tier, to which the keys are anchored.
+        tier: the phones tier, to which the keys are anchored; where None, each tenth of a second counts as a phone and
+            nothing is anchored.
         positions: shares of each phone's duration at which keys are set.
     """
+    if tier is None:
+        ends = [*np.arange(1, int(10 * clock.seconds(len(trajectory)) + 1e-9)) / 10, clock.seconds(len(trajectory))]
+        tenths = Tier("tenths", zip([0.0, *ends[:-1]], ends, [""] * len(ends), strict=True))
+        made = sample_keys(trajectory, clock, gauges, tenths, positions)
+        return [replace(key, phone=None, index=None, position=None) for key in made]
     keys = []
     values = {name: f(trajectory) for name, f in gauges.items()}
     for index, segment in enumerate(tier):

@@ -89,7 +89,7 @@ def draw(path: Path, spoken: Spoken) -> Path:
 
     x = spoken.trajectory
     series = {f"coefficient {d + 1}": x[:, d] for d in range(min(PLOTTED, x.shape[1]))}
-    return plot_trajectories(path, series, spoken.clock.rate, spoken.plan.alignment["phones"], spoken.plan.text)
+    return plot_trajectories(path, series, spoken.clock.rate, spoken.plan.tier, spoken.plan.text)
 
 
 def report(spoken: Spoken, **about: Any) -> dict[str, Any]:

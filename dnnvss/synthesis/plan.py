@@ -12,8 +12,10 @@ from dnnvss.errors import DnnvssError
 from dnnvss.media import SPEECH_RATE
 from dnnvss.phones import SILENCES
 from dnnvss.runs.run import Run
+from dnnvss.speech.activity import TIER as SPEECH_TIER
+from dnnvss.speech.activity import voice_activity
 from dnnvss.synthesis.request import Recording, SpeakRequest
-from dnnvss.timing import Alignment
+from dnnvss.timing import Alignment, Tier
 from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
@@ -29,7 +31,8 @@ class Plan:
 
     Args:
         text: the words.
-        alignment: tiers ``phones`` and ``words``, from 0; ``visemes`` where they are known.
+        alignment: tiers ``phones`` and ``words``, from 0; ``visemes`` where they are known. Of a voice alone, the tier
+            ``speech``: where somebody speaks.
         sound: None where nothing is to be heard.
         engine: whose voice it is; None where nothing is to be heard.
         pronunciation: a row for each word, where the words were looked up for their times.
@@ -43,6 +46,16 @@ class Plan:
     pronunciation: tuple[Mapping[str, str], ...] = ()
     scores: tuple[float, ...] = ()
 
+    @property
+    def phones(self) -> Tier | None:
+        """The phones, None where only a voice is known."""
+        return next((tier for tier in self.alignment.tiers if tier.name == "phones"), None)
+
+    @property
+    def tier(self) -> Tier:
+        """What tells speech from silence: the phones where they are known."""
+        return self.phones or self.alignment[SPEECH_TIER]
+
 
 def make_plan(run: Run, request: SpeakRequest) -> Plan:
     """What a request wants said.
@@ -54,7 +67,9 @@ def make_plan(run: Run, request: SpeakRequest) -> Plan:
         plan = given(run, request, request.alignment)
         return plan if request.recording else spoken(plan, request, lambda: parsed(run, request, plan.text))
     if not request.text.strip():
-        raise DnnvssError("nothing to say: text is empty", remedy='Give text="...", or alignment=FILE')
+        if request.recording:
+            return overheard(run, request.recording)
+        raise DnnvssError("nothing to say: text is empty", remedy='Give text="...", wav=FILE or alignment=FILE')
     sentence = parsed(run, request, request.text)
     if request.recording:
         return heard(run, sentence, request.recording)
@@ -116,6 +131,25 @@ def heard(run: Run, sentence: "Sentence", recording: Recording) -> Plan:
     words = [(w.spoken, w.choices(run.voice.variant)) for w in sentence.words]
     found = align(recording.heard.samples, words)
     return Plan(sentence.text, found.alignment, recording, RECORDED, tuple(sentence.report()), tuple(found.scores))
+
+
+def overheard(run: Run, recording: Recording) -> Plan:
+    """A voice whose words nobody knows.
+
+    Raises:
+        DnnvssError: the run needs more than a voice, or the recording holds no sound.
+    """
+    if missing := run.needs - {"sound"}:
+        known = " and ".join(sorted(missing - {"words"} or missing))
+        raise DnnvssError(f"{run.task.table.title} of the run needs {known}, which a voice alone does not tell",
+                          file=run.folder, remedy='Add text="..." or alignment=FILE, or take a run whose labels read '
+                          "the sound alone: python train.py labels=mel")
+    if not run.needs:
+        raise DnnvssError("the run does not listen, and there is no text", file=run.folder,
+                          remedy='Give text="...", or take a run of labels=mel')
+    if not len(recording.heard.samples):
+        raise DnnvssError("the recording holds no sound", remedy="Give another wav=FILE")
+    return Plan("", Alignment([voice_activity(recording.heard)]), recording, RECORDED)
 
 
 def timed(run: Run, request: SpeakRequest, sentence: "Sentence") -> Plan:

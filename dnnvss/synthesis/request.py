@@ -77,7 +77,8 @@ class SpeakRequest:
     """What is said, how and when, and what is seen of it.
 
     What is given decides: an ``alignment`` (with a ``recording`` of it, or to be spoken by an engine), else a
-    ``recording`` of the ``text``, else the ``text`` alone.
+    ``recording`` of the ``text``, else the ``text`` alone, else the ``recording`` alone, which a run that reads the
+    sound and nothing else can follow.
 
     Args:
         text: the words.

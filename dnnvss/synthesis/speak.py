@@ -22,6 +22,9 @@ from dnnvss.systems import Example
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.visemes import TIER
 
+OF_PHONES = ("closures", "contacts", "rest")
+"""What a style does where phones are known, and leaves where they are not."""
+
 
 @dataclass(frozen=True)
 class Spoken:
@@ -85,7 +88,8 @@ class Spoken:
 
         Args:
             names: what is measured: gauges of the face, or coefficients.
-            positions: where in each phone, as shares of its duration.
+            positions: where in each phone, as shares of its duration; where only a voice is known, in each tenth of a
+                second.
 
         Raises:
             DnnvssError: a name of nothing.
@@ -95,7 +99,7 @@ class Spoken:
             raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}",
                               remedy=f"Use some of: {', '.join(known)}")
         held = {name: known[name] for name in names}
-        return sample_keys(self.movement, self.clock, held, self.plan.alignment["phones"], positions)
+        return sample_keys(self.movement, self.clock, held, self.plan.phones, positions)
 
     @property
     def visemes(self) -> str | None:
@@ -111,6 +115,8 @@ class Spoken:
         engine = self.plan.engine if self.plan.sound is not self.request.recording else None
         unknown = self.run.generator.talker.unknown.items()
         lines = [f"speech: {engine}"] if engine else []
+        if not self.plan.phones and (asked := [n for n in OF_PHONES if getattr(self.request.style, n)]):
+            lines += [f"a voice alone tells no phones: style.{name} has no effect" for name in asked]
         lines += [f"the talker never spoke {p}: {other} stands in for it" for p, other in self.stand_ins.items()]
         lines += [f"dynamic visemes: {self.visemes}"] if self.visemes else []
         lines += [f"{why}: style.{name} has no effect" for name, why in unknown if getattr(self.request.style, name)]
@@ -124,15 +130,24 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
         DnnvssError: a request that cannot be met; the message says why.
     """
     plan = make_plan(run, request)
-    alignment, stand_ins = replace_unseen(plan.alignment, run.voice.phones, run.voice.pauses)
+    alignment, stand_ins = plan.alignment, dict[str, str]()
+    if plan.phones:
+        alignment, stand_ins = replace_unseen(alignment, run.voice.phones, run.voice.pauses)
     example = run.example(Utterance(request.id, plan.text, alignment), plan.sound.heard if plan.sound else None)
     if run.units:
         plan = replace(plan, alignment=plan.alignment.with_tier(example.alignment[TIER]))
-    phones = plan.alignment["phones"]
-    movement = run.generator(example, request.style, request.keys, all_gauges(run.face), phones)
+    style = request.style if plan.phones else replace(request.style, closures=False, contacts=False, rest=False)
+    movement = run.generator(example, style, request.keys, all_gauges(run.face), plan.tier)
+    return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, plan, stand_ins),
+                  run.model.report(example))
+
+
+def _risks(run: Run, plan: Plan, stand_ins: Mapping[str, str]) -> tuple[Span, ...]:
+    """What may be wrong with the phones and words, where they are known."""
+    if not plan.phones:
+        return ()
     words = word_risks(plan.pronunciation, plan.scores)
-    risks = find_risks(plan.alignment, run.task.clock, stand_ins, run.voice.triphones, words)
-    return Spoken(run, request, plan, example, stand_ins, movement, tuple(risks), run.model.report(example))
+    return tuple(find_risks(plan.alignment, run.task.clock, stand_ins, run.voice.triphones, words))
 
 
 def replace_unseen(alignment: Alignment, known: Sequence[str],

@@ -1,0 +1,122 @@
+"""Which of several runs speaks where none is named: the one that measured best with what is given."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dnnvss.errors import DnnvssError
+from dnnvss.records import read_value
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.settings import RunSettings
+from dnnvss.systems.registry import systems
+
+_REMEDY = "Train one first: python train.py corpus=demo"
+SPOKEN = frozenset({"phones", "words", "visemes"})
+"""What a text brings: words, their phones and times, and the gestures that these suggest."""
+HEARD = frozenset({"sound"})
+"""What a voice brings."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A finished run as far as a choice needs it.
+
+    Args:
+        folder: of the run.
+        settings: that it was trained with.
+        headline: its correlation on the test split.
+        corpus: the fingerprint of what it was trained on.
+    """
+
+    folder: Path
+    settings: RunSettings
+    headline: float
+    corpus: str
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """What an utterance must have."""
+        system = systems().get(str(self.settings.model.get("system", self.settings.model_name)))
+        own = frozenset[str]() if system is None else system.looks_up
+        return self.settings.task.table.needs | own
+
+    @property
+    def measured(self) -> tuple[Any, ...]:
+        """What was measured on: headlines of runs that agree in it can be compared."""
+        return self.corpus, self.settings.split, self.settings.face
+
+    @property
+    def title(self) -> str:
+        """Labels and system, as messages name them."""
+        return f"labels={self.settings.labels_name} model={self.settings.model_name}"
+
+
+def best_run(runs: Path, given: frozenset[str]) -> tuple[Path, str]:
+    """The run with the highest correlation on the test split among those that can be compared.
+
+    These are the runs of the corpus, split and face of the run that ended last, as far as they
+    need no more than is given.
+
+    Args:
+        runs: a folder of run folders.
+        given: what there is of an utterance, some of ``phones``, ``words``, ``visemes`` and
+            ``sound``.
+
+    Returns:
+        Its folder, and why it was chosen.
+
+    Raises:
+        DnnvssError: no run has ended, or none of them does with what is given.
+    """
+    found = _finished(runs)
+    able = [candidate for candidate in found if candidate.needs <= given]
+    if not able:
+        missing = " and ".join(sorted(found[0].needs - given - {"words"}))
+        what = "a voice alone" if given == HEARD else "what is given"
+        raise DnnvssError(f"no finished run here can follow {what}: {found[0].title} needs {missing}", file=runs,
+                          remedy='Add text="...", or train a run that listens: python train.py labels=mel'
+                          if given == HEARD else "Name a run with run=")
+    same = [candidate for candidate in able if candidate.measured == able[0].measured]
+    best = max(same, key=lambda candidate: candidate.headline)
+    if len(found) == 1:
+        return best.folder, ""
+    return best.folder, f"{best.title}, correlation {best.headline:.3f} on the test split: {_among(same, given)}"
+
+
+def _among(same: list[Candidate], given: frozenset[str]) -> str:
+    alone = given == HEARD
+    if len(same) > 1:
+        return f"the best of {len(same)} runs{' that need no text' if alone else ''} on its corpus"
+    return "the last run that needs no text" if alone else "the last run"
+
+
+def _finished(runs: Path) -> list[Candidate]:
+    """The finished runs, the last one first; those that this version cannot read are left out.
+
+    Raises:
+        DnnvssError: there is none; where none can be read, what is wrong with the last one.
+    """
+    folders = [folder for folder in runs.glob("*") if RunFiles(folder).finished]
+    folders.sort(key=lambda folder: RunFiles(folder).metrics.stat().st_mtime, reverse=True)
+    read = [_tried(folder) for folder in folders]
+    known = [candidate for candidate in read if isinstance(candidate, Candidate)]
+    if known:
+        return known
+    if read and isinstance(read[0], DnnvssError):
+        raise read[0]
+    raise DnnvssError("no finished run here", file=runs, remedy=_REMEDY)
+
+
+def _candidate(folder: Path) -> Candidate:
+    places = RunFiles(folder)
+    settings = RunSettings.load(folder)
+    settings.task.table  # noqa: B018  (labels that this version does not know are told here)
+    headline: float = read_value(places.metrics, "headline", float, _REMEDY)
+    return Candidate(folder, settings, headline, places.written().corpus)
+
+
+def _tried(folder: Path) -> Candidate | DnnvssError:
+    try:
+        return _candidate(folder)
+    except DnnvssError as error:
+        return error

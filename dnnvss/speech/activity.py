@@ -1,0 +1,65 @@
+"""Where somebody speaks in a sound, by its loudness alone: for what needs no phones."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from dnnvss.media import Sound
+from dnnvss.phones import SILENCE
+from dnnvss.timing import Tier
+
+TIER, SPEECH = "speech", "speech"
+"""The tier, and the label of its segments in which somebody speaks; the others are silence."""
+_HOP = 0.01
+"""Seconds between two looks at the loudness."""
+_BELOW, _STILL = 35.0, -65.0
+"""Decibels below the loud parts under which nobody speaks, and of full scale under which all is still."""
+_NOISE = 0.25
+"""Share of the way from the quiet to the loud parts under which it is noise that is heard."""
+_GAP, _BURST, _EDGE = 0.3, 0.05, 0.05
+"""Seconds: a shorter gap is a sound of speech, a shorter burst none; and what an edge leaves room for."""
+
+
+def voice_activity(sound: Sound) -> Tier:
+    """The tier ``speech`` of a sound: segments of speech and of silence, from 0 to its end.
+
+    A stretch of 10 ms is speech where it is within 35 dB of the loud parts (the 95th percentile) and
+    clearly above the quiet ones (the 10th). Gaps below 0.3 s are filled, bursts below 50 ms left
+    out, and speech begins and ends 50 ms before and after. In a sound that is as loud throughout,
+    such as speech under noise, all is speech; one below -65 dB of full scale is silent.
+
+    Args:
+        sound: of at least one sample.
+    """
+    level = loudness(sound)
+    quiet, loud = np.percentile(level, [10, 95])
+    if loud < _STILL:
+        return Tier(TIER, [(0.0, sound.seconds, SILENCE)])
+    least = max(loud - _BELOW, quiet + _NOISE * (loud - quiet)) if loud - quiet > 10 else -np.inf
+    heard = _without(level >= least, False, round(_GAP / _HOP))
+    heard = _without(heard, True, round(_BURST / _HOP))
+    around = round(_EDGE / _HOP)
+    heard = np.convolve(heard, np.ones(2 * around + 1), "same") > 0
+    cuts = [0, *np.flatnonzero(np.diff(heard)) + 1]
+    edges = [*(cut * _HOP for cut in cuts), sound.seconds]
+    labels = [SPEECH if heard[cut] else SILENCE for cut in cuts]
+    return Tier(TIER, zip(edges[:-1], edges[1:], labels, strict=True))
+
+
+def loudness(sound: Sound) -> np.ndarray:
+    """Decibels of full scale (n,) of the power of each 10 ms; the last one may be shorter."""
+    size = max(1, round(_HOP * sound.rate))
+    starts = np.arange(0, len(sound.samples), size)
+    power = np.add.reduceat(np.square(sound.samples, dtype=float), starts)
+    counts = np.diff(np.append(starts, len(sound.samples)))
+    return 10 * np.log10(power / counts + 1e-12)
+
+
+def _without(mask: np.ndarray, value: bool, shortest: int) -> np.ndarray:
+    """The mask with inner runs of ``value`` that are shorter than so many places turned over."""
+    edges = np.flatnonzero(np.diff(mask)) + 1
+    made = mask.copy()
+    for start, stop in pairwise(edges):
+        if mask[start] == value and stop - start < shortest:
+            made[start:stop] = not value
+    return made

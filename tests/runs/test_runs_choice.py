@@ -1,0 +1,63 @@
+"""Which run speaks where none is named: the best of those that do with what is given."""
+
+import os
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+from hydra import compose, initialize_config_dir
+
+from dnnvss import files
+from dnnvss.commands.train_settings import run_settings
+from dnnvss.errors import DnnvssError
+from dnnvss.runs.choice import HEARD, SPOKEN, best_run
+from dnnvss.runs.files import RunFiles
+
+
+def finished(runs: Path, name: str, headline: float, age: int, *given: str, corpus: str = "c") -> Path:
+    """A folder that looks like a finished run of ``headline`` that ended ``age`` seconds ago."""
+    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
+        settings = run_settings(compose("train", list(given)))
+    places = RunFiles(files.make_folder(runs / name))
+    settings.write(places.folder)
+    files.write_json(places.provenance, {"dnnvss": "", "corpus": corpus})
+    files.write_json(places.metrics, {"headline": headline})
+    os.utime(places.metrics, (1e9 - age, 1e9 - age))
+    return places.folder
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    finished(tmp_path, "phones", 0.8, 1)
+    finished(tmp_path, "better", 0.9, 5, "labels=ph_dv")
+    finished(tmp_path, "sound", 0.7, 2, "labels=mel")
+    finished(tmp_path, "both", 0.85, 3, "labels=ph_mel")
+    finished(tmp_path, "elsewhere", 0.99, 4, corpus="other")
+    finished(tmp_path, "points", 0.98, 4, "face=points")
+    files.write_text(files.make_folder(tmp_path / "broken") / "metrics.json", "{}")
+    return tmp_path
+
+
+@pytest.mark.parametrize("given, name, why", [
+    (SPOKEN | HEARD, "better", "labels=ph_dv model=feedforward, correlation 0.900 on the test split: the best of 4"),
+    (SPOKEN, "better", "the best of 2 runs on its corpus"),
+    (HEARD, "sound", "model=feedforward, correlation 0.700 on the test split: the last run that needs no text")])
+def test_the_best_run_of_the_last_corpus_that_does_with_what_is_given(
+        runs: Path, given: frozenset[str], name: str, why: str) -> None:
+    folder, told = best_run(runs, given)
+    assert folder.name == name and why in told
+
+
+def test_a_system_that_looks_at_phones_needs_them_whatever_its_labels(tmp_path: Path) -> None:
+    finished(tmp_path, "guided", 0.9, 1, "labels=mel", "model=guided")
+    with pytest.raises(DnnvssError, match=r"can follow a voice alone: labels=mel model=guided needs phones\. .*text="):
+        best_run(tmp_path, HEARD)
+    assert best_run(tmp_path, SPOKEN | HEARD) == (tmp_path / "guided", "")
+
+
+def test_no_run_is_told(tmp_path: Path) -> None:
+    with pytest.raises(DnnvssError, match="no finished run here"):
+        best_run(tmp_path, SPOKEN)
+    files.write_text(files.make_folder(tmp_path / "broken") / "metrics.json", "{}")
+    with pytest.raises(DnnvssError, match=r"config\.yaml"):
+        best_run(tmp_path, SPOKEN)
