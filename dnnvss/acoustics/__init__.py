@@ -1,6 +1,8 @@
 """Acoustic features of a sound, on the clock of the trajectories. Knows nothing of phones, text or faces."""
 
 from dnnvss.acoustics.analysis import RATE, Analysis, analyse
+from dnnvss.acoustics.encoder import Encoder, encoder_outputs, places_of
+from dnnvss.acoustics.encoder_stream import EncoderStream
 from dnnvss.acoustics.formants import Formants
 from dnnvss.acoustics.logmel import LogMel
 from dnnvss.acoustics.loudness import Energy
@@ -10,5 +12,5 @@ from dnnvss.acoustics.prediction import Lpc
 from dnnvss.acoustics.stream import AcousticStream
 from dnnvss.acoustics.voicing import Voicing
 
-__all__ = ["RATE", "AcousticStream", "Analysis", "Energy", "Formants", "LogMel", "Lpc", "Lsf", "Mfcc", "Voicing",
-           "analyse"]
+__all__ = ["RATE", "AcousticStream", "Analysis", "Encoder", "EncoderStream", "Energy", "Formants", "LogMel", "Lpc",
+           "Lsf", "Mfcc", "Voicing", "analyse", "encoder_outputs", "places_of"]

@@ -193,7 +193,7 @@ class Corpus:
         Raises:
             DnnvssError: the utterance has none.
         """
-        return Sound(read_audio(self.path(utterance, "audio"), SPEECH_RATE), SPEECH_RATE)
+        return Sound(read_audio(self.path(utterance, "audio"), SPEECH_RATE), SPEECH_RATE, self.root / "sound")
 
     @cached_property
     def fingerprint(self) -> str:

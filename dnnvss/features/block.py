@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from dnnvss.acoustics import Energy, Formants, LogMel, Lpc, Lsf, Mfcc, Voicing
+from dnnvss.acoustics import Encoder, Energy, Formants, LogMel, Lpc, Lsf, Mfcc, Voicing
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import check_settings, setting
 
@@ -24,6 +24,7 @@ class Settings:
         logmel_offsets: the frames around the current one at which it is seen, each once and 0 not among them.
         mfcc, lpc, lsf, formants, energy, voicing: likewise, each an analysis of the sound.
         sound_offsets: the frames around the current one at which these are seen.
+        encoder, encoder_offsets: likewise, how a pretrained encoder hears the sound.
 
     Raises:
         DnnvssError: a window that is negative, fewer than one unit, or an offset twice.
@@ -43,10 +44,14 @@ class Settings:
     voicing: Voicing = setting(Voicing(), doc="periodicity of the sound")
     sound_offsets: tuple[int, ...] = setting((-1, 1), least=-1000, most=1000,
                                              doc="frames around the current one at which these are seen")
+    encoder: Encoder = setting(Encoder(), doc="how a pretrained encoder hears the sound")
+    encoder_offsets: tuple[int, ...] = setting((-16, -8, 8, 16), least=-1000, most=1000,
+                                               doc="frames around the current one at which it is seen")
 
     def __post_init__(self) -> None:
         check_settings(self, "labels")
-        for name, block in (("logmel_offsets", "logmel"), ("sound_offsets", "of the analysis")):
+        for name, block in (("logmel_offsets", "logmel"), ("sound_offsets", "of the analysis"),
+                            ("encoder_offsets", "encoder")):
             offsets = getattr(self, name)
             if 0 in offsets or len(set(offsets)) != len(offsets):
                 raise DnnvssError(f"labels.{name}={list(offsets)} names a frame twice, or the current one",

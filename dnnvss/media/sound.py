@@ -1,6 +1,7 @@
 """A sound in memory."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -12,10 +13,12 @@ class Sound:
     Args:
         samples: (n,) in [-1, 1].
         rate: samples a second.
+        kept: a folder in which what is slow to work out of it is kept, named by its samples; None where nothing is.
     """
 
     samples: np.ndarray
     rate: int
+    kept: Path | None = None
 
     @property
     def seconds(self) -> float:

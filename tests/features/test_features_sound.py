@@ -195,3 +195,29 @@ def test_each_analysis_is_a_source(name: str, causal: bool) -> None:
         codes.with_table(other)
     with pytest.raises(DnnvssError, match=r"labels.sound_offsets=\[0\] names a frame twice, or the current"):
         FeatureTable.from_config({"blocks": [name], "sound_offsets": [0]})
+
+
+def test_the_encoder_is_a_source_between_its_outputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    outputs = {n: np.random.default_rng(n).normal(size=(n, 384)).astype(np.float16) for n in (17, 22)}
+    monkeypatch.setattr("dnnvss.features.sources.encoder.encoder_outputs",
+                        lambda sound, made: outputs[len(sound.samples) // 320 + 2])
+    table = FeatureTable.from_config({"blocks": ["centre_phone", "encoder", "encoder_window"],
+                                      "encoder_offsets": [-3, 50]})
+    parts = [("a", encode(alignment_of(0.1, 0.3), "", table, CLOCK, sound_of(0.3))),
+             ("b", encode(alignment_of(0.1, 0.4), "", table, CLOCK, sound_of(0.4)))]
+    store = CodeStore.join(parts)
+    for name, codes in parts:
+        count = len(codes)
+        raw = outputs[count // 2 + 2].astype(np.float32)
+        exact = (np.arange(count) + 0.5) / 2  # outputs are 20 ms apart, frames 10 ms
+        low = np.floor(exact).astype(int)
+        rows = raw[low] + (exact - low)[:, None].astype(np.float32) * (raw[low + 1] - raw[low])
+        expected = [rows, *(rows[np.clip(np.arange(count) + o, 0, count - 1)] for o in (-3, 50))]
+        for got in (codes.numeric(np.arange(count)), store.numeric(frames_of(store, name)),
+                    store.to("cpu").numeric(torch.as_tensor(frames_of(store, name))).numpy()):
+            np.testing.assert_allclose(got, np.concatenate(expected, axis=1), atol=1e-6)
+    assert (table.numeric_width, table.sources) == (3 * 384, ("phones", "encoder"))
+    with pytest.raises(DnnvssError, match="its encoder were worked out with other settings"):
+        store.with_table(FeatureTable.from_config({"blocks": ["encoder"], "encoder": {"causal": True}}))
+    with pytest.raises(DnnvssError, match="labels=x reads the sound, and there is none"):
+        encode(alignment_of(0.1), "", FeatureTable.from_config({"blocks": ["encoder"], "name": "x"}), CLOCK)

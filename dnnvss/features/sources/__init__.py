@@ -6,6 +6,7 @@ from functools import lru_cache
 from dnnvss.features.block import Settings
 from dnnvss.features.fields import WHOLE, Field
 from dnnvss.features.sources.base import FeatureSource
+from dnnvss.features.sources.encoder import ENCODER_SOURCE
 from dnnvss.features.sources.phones import PHONE_SOURCE, PhoneSegments, phones_of
 from dnnvss.features.sources.sound import SOUND_SOURCES
 from dnnvss.features.sources.visemes import VISEME_SOURCE
@@ -13,7 +14,7 @@ from dnnvss.features.sources.visemes import VISEME_SOURCE
 __all__ = ["SOURCES", "FeatureSource", "PhoneSegments", "array_fields", "phones_of"]
 
 SOURCES: Mapping[str, FeatureSource] = {source.name: source for source in
-                                        (PHONE_SOURCE, VISEME_SOURCE, *SOUND_SOURCES)}
+                                        (PHONE_SOURCE, VISEME_SOURCE, *SOUND_SOURCES, ENCODER_SOURCE)}
 """Every source by name, in the order in which they are encoded."""
 
 
