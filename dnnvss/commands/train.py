@@ -51,6 +51,8 @@ def train(config: DictConfig) -> float:
     encoded = encode(settings, corpus)
     for utterance, reason in encoded.dropped.items():
         print(f"left out: utterance {utterance}: {reason}")
+    for line in encoded.told:
+        print(line)
     material = gather(settings, corpus, encoded, scratch=folder)
     print(f"training {settings.model_name} on {len(material.examples['train'])} utterances; "
           f"TensorBoard: {places.tensorboard}")

@@ -41,6 +41,11 @@ class Sentence:
     landmarks: np.ndarray | None = None
 
     @property
+    def whole(self) -> bool:
+        """Whether every frame of speech was measured: what looks at movement over time needs that."""
+        return bool(self.valid[self.speech].all())
+
+    @property
     def spoken(self) -> np.ndarray:
         """Frames (T,) of speech that were measured."""
         return self.speech & self.valid
@@ -124,7 +129,8 @@ class Bench:
 
     def _level(self, gauge: Gauge, phones: tuple[str, ...]) -> float:
         tracks = [gauge(s.reference) for s in self.sentences]
-        return talker_level(tracks, [s.tier for s in self.sentences], self.clock, phones)
+        tiers, valid = [s.tier for s in self.sentences], [s.valid for s in self.sentences]
+        return talker_level(tracks, tiers, self.clock, phones, valid=valid)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ the closed level. The level is the talker's own: the value that 95 % of the meas
 (:func:`talker_level`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +48,7 @@ class LipEvents:
 
 def talker_level(
     tracks: list[np.ndarray], tiers: list[Tier], clock: FrameClock, phones: tuple[str, ...] = BILABIALS,
-    share: float = TALKER_SHARE,
+    share: float = TALKER_SHARE, valid: Sequence[np.ndarray] | None = None,
 ) -> float:
     """Return the value that ``share`` of the talker's phones of a kind reach at their least; NaN where there are none.
 
@@ -57,9 +58,11 @@ def talker_level(
         clock: of the tracks.
         phones: the labels.
         share: of the phones.
+        valid: (T,) bool a sentence, the frames that were measured; phones with others do not count. All where None.
     """
-    least = [track[span].min() for track, tier in zip(tracks, tiers, strict=True)
-             for span in spans(tier, clock, phones, len(track))]
+    known = [np.ones(len(t), bool) for t in tracks] if valid is None else valid
+    least = [track[span].min() for track, tier, own in zip(tracks, tiers, known, strict=True)
+             for span in spans(tier, clock, phones, len(track)) if own[span].all()]
     return float(np.quantile(least, share)) if least else float("nan")
 
 
@@ -71,6 +74,7 @@ def lip_events(
     level: float,
     speech: np.ndarray | None = None,
     phones: tuple[str, ...] = BILABIALS,
+    valid: np.ndarray | None = None,
 ) -> LipEvents:
     """Return what happened at the phones of one sentence.
 
@@ -81,11 +85,13 @@ def lip_events(
         level: at or below it the lips are closed (or, for f and v, near enough).
         speech: (T,) bool; closures outside it do not count. All frames where None.
         phones: the labels.
+        valid: (T,) bool, the frames in which the reference was measured; phones with others do not count. All where
+            None.
     """
     inside = np.ones(len(reference), bool) if speech is None else speech
     asked = reached = 0
     errors: list[float] = []
-    searched = spans(tier, clock, phones, len(reference))
+    searched = [s for s in spans(tier, clock, phones, len(reference)) if valid is None or valid[s].all()]
     for span in searched:
         if reference[span].min() <= level:
             asked += 1

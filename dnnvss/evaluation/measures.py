@@ -64,13 +64,16 @@ def _lips(contact: bool, amount: str, weight: str, factor: float = 1.0) -> PairF
         if np.isnan(level):
             return 0.0, 0.0
         gauge = bench.gauge(name)
-        events = lip_events(gauge(s.reference), gauge(x), s.tier, bench.clock, level, s.spoken, phones)
+        events = lip_events(gauge(s.reference), gauge(x), s.tier, bench.clock, level, s.spoken, phones,
+                            s.valid)
         return factor * getattr(events, amount), getattr(events, weight)
 
     return pair
 
 
 def _lag(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    if not s.whole:
+        return 0.0, 0.0
     aperture = bench.gauge(APERTURE)
     r, p = (aperture(y[s.speech]) for y in (s.reference, x))
     return _known(1000 * lag(r, p, bench.clock))
@@ -83,11 +86,15 @@ def _silence(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
 
 
 def _jerk(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    if not s.whole:
+        return 0.0, 0.0
     scaled = x[s.speech, : bench.first] / bench.scale[: bench.first]
     return _known(jerk(scaled, bench.clock) / 1000)
 
 
 def _high(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
+    if not s.whole:
+        return 0.0, 0.0
     scaled = x[s.speech, : bench.first] / bench.scale[: bench.first]
     return _known(100 * high_power(scaled, bench.clock))
 
@@ -179,7 +186,7 @@ MEASURES: tuple[Measure, ...] = (
     Measure(
         "lag", "lag (ms)",
         "Lag of the greatest cross-correlation of the aperture's velocity with the truth's, within 200 ms; "
-        "positive is late.",
+        "positive is late. As jerk and power, over sentences whose speech was measured throughout.",
         _lag, "zero", (APERTURE,),
     ),
     Measure(

@@ -70,14 +70,17 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> E
         files.write_json(RunFiles(folder).unit_scores, scores)
     style = make_style(settings.style, face)
     styles = {} if style.plain else {settings.style.name: style}
+    lost = material.encoded.left_out
+    gaps = {e.id: lost[e.id] for e in material.examples["test"] if e.id in lost}
     return evaluate_run(folder, material.corpus, generator, material.examples, face, styles, notes,
-                        material.other_tests())
+                        material.other_tests(), gaps)
 
 
 def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
                  face: Face, styles: Mapping[str, Style],
                  notes: Sequence[str] = (),
-                 others: Mapping[str, list[Example]] | None = None) -> Evaluation:
+                 others: Mapping[str, list[Example]] | None = None,
+                 left_out: Mapping[str, tuple[int, int]] | None = None) -> Evaluation:
     """The evaluation of a model beside the null models; predictions, tables and figures go into the run folder.
 
     Args:
@@ -89,6 +92,7 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
         styles: by name, beside plain MLPG.
         notes: what else the reader of the page has to know; the first goes into its title.
         others: another source of dynamic visemes (:data:`SOURCES`) to the test examples that have them; plain MLPG.
+        left_out: test sentences to the frames of theirs that no score uses, and all of them.
     """
     task, test, places = generator.task, examples["test"], RunFiles(folder)
     predicted = {"model": _generated(generator, test, PLAIN),
@@ -114,12 +118,19 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
     line, unseen = _unseen_words(folder, task, examples, predicted, references, masks)
     pages = [title, *notes[1:], *filter(None, [face_kind(face.kind).lacks]), report.markdown(),
-             "## Lips, liveliness and stillness", markdown_numbers(head, rows), *lively.gaps, about, *unseen,
-             corpus.info.credit]
+             *_gaps(left_out or {}), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
+             *lively.gaps, about, *unseen, corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()})
-    numbers = {**report.to_json(), "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
+    numbers = {**report.to_json(), "left_out": {i: list(own) for i, own in (left_out or {}).items()},
+               "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
     return Evaluation(report, numbers, "\n\n".join([title, report.table(), aligned(head, rows), *line]))
+
+
+def _gaps(left_out: Mapping[str, tuple[int, int]]) -> list[str]:
+    """What the page says of frames that were not measured; nothing where all were."""
+    told = ", ".join(f"{i} {lost} of {of}" for i, (lost, of) in left_out.items())
+    return [f"Frames that could not be measured, which no score uses: {told}."] if told else []
 
 
 def make_bench(task: Task, test: list[Example], face: Face) -> Bench:

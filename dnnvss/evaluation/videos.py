@@ -1,4 +1,5 @@
-"""Side-by-side videos of test sentences: the recording, the face from plain MLPG, and the face in the run's style."""
+"""Side-by-side videos of test sentences: the recording, what was measured in it as the face shows that, and the face
+from plain MLPG and in the run's style."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -20,7 +21,9 @@ from dnnvss.synthesis.outputs import write_spoken
 from dnnvss.synthesis.request import Recording, Scene, SpeakRequest
 from dnnvss.synthesis.speak import Spoken, speak
 
-RECORDED = "recorded"
+RECORDED, THROUGH = "recorded", "through the face"
+_PALE = 0.3
+"""Share of its contrast that a picture keeps in frames that were not measured."""
 _COLUMNS = 4
 """Faces a row at most."""
 
@@ -48,11 +51,13 @@ def write_samples(run: Run, corpus: Corpus, first: str, report: Report) -> list[
         run: the run.
         corpus: that it was trained on.
         first: the id of the sentence that is written with everything beside it.
-        report: of the evaluation; its worst, middle and best sentence are shown beside their recordings.
+        report: of the evaluation; its worst, middle and best sentence, and the first, are shown beside their
+            recordings.
     """
     spoken = say(run, corpus, corpus.utterances[first], make_style(run.settings.style, run.face))
     write_spoken(spoken, run.files.sample, {"utterance": first})
-    return [run.files.sample, *write_side_by_side(run, corpus, worst_middle_best(report))]
+    ids = dict.fromkeys([first, *worst_middle_best(report)])
+    return [run.files.sample, *write_side_by_side(run, corpus, list(ids))]
 
 
 def write_side_by_side(run: Run, corpus: Corpus, ids: Sequence[str]) -> list[Path]:
@@ -63,7 +68,10 @@ def write_side_by_side(run: Run, corpus: Corpus, ids: Sequence[str]) -> list[Pat
     for utterance in (corpus.utterances[i] for i in ids):
         faces = [say(run, corpus, utterance, s) for s in styles.values()]
         caption, truth = _truth(faces[0], corpus, utterance)
-        frames = side_by_side(truth, *(face.frames() for face in faces), captions=[caption, *styles])
+        seen, names = [truth], [caption]
+        if caption == RECORDED:
+            seen, names = [truth, _through_the_face(faces[0], utterance)], [caption, THROUGH]
+        frames = side_by_side(*seen, *(face.frames() for face in faces), captions=[*names, *styles])
         written.append(_written(run.files.video(utterance.id), frames, corpus, utterance))
     return written
 
@@ -108,6 +116,16 @@ def _truth(spoken: Spoken, corpus: Corpus, utterance: Utterance) -> tuple[str, I
         return RECORDED, _recorded(corpus, utterance, pictures.size)
     measured = read_arrays(run.files.prediction("reference"))[utterance.id]
     return "measured", pictures.frames(resample(measured, spoken.clock, utterance.clock))
+
+
+def _through_the_face(spoken: Spoken, utterance: Utterance) -> Iterator[np.ndarray]:
+    """The measured parameters as the face shows them: what systems learn; pale where nothing was measured."""
+    run, clock = spoken.run, spoken.clock
+    measured, valid = (read_arrays(run.files.prediction(name))[utterance.id] for name in ("reference", "valid"))
+    shown = resample(measured, clock, utterance.clock)
+    nearest = np.minimum((utterance.clock.centres(len(shown)) * float(clock.rate)).astype(int), len(valid) - 1)
+    for picture, known in zip(spoken.stage.pictures.frames(shown), valid.astype(bool)[nearest], strict=True):
+        yield picture if known else (255 - _PALE * (255.0 - picture)).astype(np.uint8)
 
 
 def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:

@@ -44,12 +44,17 @@ class Code(Protocol):
 
     @property
     def parameters(self) -> np.ndarray:
-        """(F, D) float32; frames that are not valid are interpolated between their neighbours."""
+        """(F, D) float32; frames that were not measured are interpolated between their neighbours."""
         ...
 
     @property
     def valid(self) -> np.ndarray:
-        """(F,) bool, whether a frame was measured."""
+        """(F,) bool, whether a frame was measured, or lies in a gap that is short enough to be bridged."""
+        ...
+
+    @property
+    def outliers(self) -> Mapping[str, Sequence[int]]:
+        """Reason to the frames that were measured and not believed."""
         ...
 
     def save(self, path: Path, **more: np.ndarray) -> Path:

@@ -83,14 +83,37 @@ class EncodedCorpus:
         """The tracked points (F, P, 2 or 3) of an utterance in the face's frame; None where it has no landmarks.
 
         What is the recording's own, head pose first of all, is taken out (see :attr:`FaceKind.stabilise`); frames that
-        are not valid are interpolated.
+        were not measured are interpolated.
         """
         record = corpus.utterances[utterance]
         if record.landmarks is None:
             return None
         code = self.clip(utterance)
         points = face_kind(self.kind).stabilise(self.face, corpus.landmarks(record)[0], code)
-        return fill_invalid(points, code.valid)
+        measured = code.valid.copy()
+        for frames in code.outliers.values():
+            measured[list(frames)] = False
+        return fill_invalid(points, measured)
+
+    @property
+    def told(self) -> list[str]:
+        """What is to be told of frames that were left out: a line for each utterance, and one for all of them."""
+        lines = [f"left out: {lost} of {of} frames of utterance {i}{self._why(i)}"
+                 for i, (lost, of) in self.left_out.items()]
+        if not lines:
+            return []
+        lost, of = (int(self.report["left_out"][name]) for name in ("frames", "of"))
+        return [*lines, f"left out of learning and of scores: {lost} of {of} frames ({lost / max(of, 1):.2%})"]
+
+    def _why(self, utterance: str) -> str:
+        reasons = self.report.get("outliers", {}).get(utterance, {})
+        return f" ({', '.join(f'{name} {len(frames)}' for name, frames in reasons.items())})" if reasons else ""
+
+    @cached_property
+    def left_out(self) -> dict[str, tuple[int, int]]:
+        """Utterances of which frames were left out of learning and of scores, to these frames and all of them."""
+        known = self.report.get("left_out", {}).get("utterances", {})
+        return {i: (int(lost), int(of)) for i, (lost, of) in known.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +197,16 @@ def _make(kind: FaceKind, settings: FaceSettings, corpus: Corpus, splits: Mappin
     dropped |= _encode(kind, home, clips, progress)
     kept = [i for i in everything if i not in dropped]
     report = kind.report(face, corpus, splits, home / CODES, kept)
-    files.write_json(home / REPORT, {"face": kind.name, **report, "dropped": dropped})
+    lost = _left_out(kind, home / CODES, kept)
+    files.write_json(home / REPORT, {"face": kind.name, **report, "left_out": lost, "dropped": dropped})
+
+
+def _left_out(kind: FaceKind, codes: Path, kept: Sequence[str]) -> dict[str, Any]:
+    """How many frames are not valid, of how many, in all and for each utterance that has some."""
+    counts = {i: (int((~valid).sum()), len(valid)) for i in kept
+              for valid in [kind.load_code(codes / f"{i}.npz").valid]}
+    return {"frames": sum(n for n, _ in counts.values()), "of": sum(n for _, n in counts.values()),
+            "utterances": {i: own for i, own in counts.items() if own[0]}}
 
 
 def _unfilmed(corpus: Corpus, ids: Sequence[str], train: Sequence[str]) -> dict[str, str]:

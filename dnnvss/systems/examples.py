@@ -55,13 +55,19 @@ class Task:
         source = utterance.clock
         static = resample(parameters, source, self.clock, count=len(codes))
         nearest = np.minimum((self.clock.centres(len(codes)) * float(source.rate)).astype(int), len(valid) - 1)
+        known = _reached(valid[nearest], self.windows.reach)
         return Example(utterance.id, utterance.alignment, codes, derivatives(static, self.windows).astype(np.float32),
-                       valid[nearest])
-
+                       known)
 
     def sound(self, corpus: Corpus, utterance: Utterance) -> Sound | None:
         """The recorded sound of an utterance where the labels read it."""
         return corpus.sound(utterance) if "sound" in self.table.needs else None
+
+
+def _reached(valid: np.ndarray, reach: int) -> np.ndarray:
+    """The frames (T,) whose derivatives look at none that is not ``valid``."""
+    unknown = np.convolve(~valid, np.ones(2 * reach + 1, int), "full")[reach : reach + len(valid)] > 0
+    return ~unknown
 
 
 def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,

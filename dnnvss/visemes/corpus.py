@@ -1,7 +1,10 @@
 """The clips of an encoded corpus, as gestures are learnt from them."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from dnnvss.corpus import Utterance
 from dnnvss.curves import resample
@@ -23,7 +26,9 @@ def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock:
     for utterance in utterances:
         if utterance.id not in encoded.dropped:
             edges = utterance.alignment["phones"].frame_edges(clock)
-            parameters = encoded.clip(utterance.id).parameters.astype(float)
-            trajectory = resample(parameters, utterance.clock, clock, count=int(edges[-1] - edges[0]))
-            clips[utterance.id] = aligned_clip(trajectory, utterance.alignment, clock)
+            code, count = encoded.clip(utterance.id), int(edges[-1] - edges[0])
+            trajectory = resample(code.parameters.astype(float), utterance.clock, clock, count=count)
+            nearest = (clock.centres(count) * float(utterance.clock.rate)).astype(int)
+            valid = code.valid[np.minimum(nearest, len(code.valid) - 1)]
+            clips[utterance.id] = replace(aligned_clip(trajectory, utterance.alignment, clock), valid=valid)
     return clips

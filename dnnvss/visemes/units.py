@@ -68,11 +68,18 @@ class Movement:
         trajectory: of an utterance, (T, D).
         silence: its silences, (T,) bool.
         span: where it begins and ends, in seconds; 0 and the end of the last frame where left out.
+        valid: (T,) bool, the frames that were measured; all where left out. Nothing is learnt from others.
     """
 
     trajectory: np.ndarray
     silence: np.ndarray
     span: tuple[float, float] | None = None
+    valid: np.ndarray | None = None
+
+    @property
+    def known(self) -> np.ndarray:
+        """The measured frames (T,)."""
+        return np.ones(len(self.trajectory), bool) if self.valid is None else self.valid
 
 
 def aligned_clip(trajectory: np.ndarray, alignment: Alignment, clock: FrameClock) -> Movement:
@@ -169,11 +176,13 @@ def learn(clips: Sequence[Movement], clock: FrameClock, settings: VisemeSettings
         raise DnnvssError("no clip to learn visemes from", remedy="Give at least one training utterance")
     view = np.eye(clips[0].trajectory.shape[1]) if view is None else view
     seen = [c.trajectory @ view for c in clips]
-    reference = reference_speed(seen, [c.silence for c in clips], clock, settings.gestures)
+    reference = reference_speed(seen, [c.silence | ~c.known for c in clips], clock, settings.gestures)
     cuts = [cut(y, c.silence, clock, settings.gestures, reference) for y, c in zip(seen, clips, strict=True)]
     found = np.concatenate([shapes(c.trajectory, g.edges, settings.length) for c, g in zip(clips, cuts, strict=True)])
     rest = np.concatenate([g.rest for g in cuts])
     frames = np.concatenate([np.diff(g.edges) for g in cuts])
+    measured = np.concatenate([_measured(c.known, g.edges) for c, g in zip(clips, cuts, strict=True)])
+    found, rest, frames = found[measured], rest[measured], frames[measured]
     scale = _scale(clips, settings.whitening)
     method: Method = METHODS[settings.method]()
     result = partition(found[~rest] * scale, settings.units - 1, method, settings.least, settings.starts, settings.seed)
@@ -209,8 +218,14 @@ def point_view(face: Face) -> np.ndarray:
     return face.jacobian().reshape(len(face.names), -1)
 
 
+def _measured(known: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Which pieces (G,) of a movement hold no frame that was not measured."""
+    total = np.concatenate([[0], np.cumsum(~known)])
+    return total[np.ceil(edges[1:]).astype(int)] == total[np.floor(edges[:-1]).astype(int)]
+
+
 def _scale(clips: Sequence[Movement], whitening: float) -> np.ndarray:
-    deviation = np.concatenate([c.trajectory for c in clips]).std(axis=0)
+    deviation = np.concatenate([c.trajectory[c.known] for c in clips]).std(axis=0)
     return np.where(deviation > 0, deviation, 1.0) ** -whitening
 
 

@@ -170,6 +170,7 @@ def test_ghosts_are_found_left_out_of_the_fit_and_interpolated(model: ActiveAppe
     first, second = (measure_clip(fitted, c).code for c in wrecked)
     assert first.outliers == {"shape": [0, 1, 2]} and second.outliers == {"texture": [5, 6]}
     assert not first.valid[:3].any() and first.valid[3:].all()
+    assert second.valid.all()  # two frames between measured ones are bridged
     assert (first.parameters[0] == first.parameters[3]).all()
     assert second.parameters[5] == pytest.approx(second.parameters[4] * 2 / 3 + second.parameters[7] / 3, abs=1e-2)
 
@@ -182,11 +183,12 @@ def test_robust_limit_by_hand() -> None:
 def test_invalid_and_missing_points_take_no_part(model: ActiveAppearanceModel) -> None:
     images, points, valid = clip_arrays(50)
     points = points.copy()
-    points[4:6] = np.nan
+    points[4:7] = np.nan
     valid = valid.copy()
-    valid[9] = False
+    valid[[9, 10, 19]] = False
     code = encode_clip(model, images, points, valid, 25.0)
-    assert np.flatnonzero(~code.valid).tolist() == [4, 5, 9] and np.isfinite(code.parameters).all()
+    assert np.flatnonzero(~code.valid).tolist() == [4, 5, 6, 19] and np.isfinite(code.parameters).all()
+    assert code.parameters[9] == pytest.approx(code.parameters[8] * 2 / 3 + code.parameters[11] / 3, abs=1e-3)
 
 
 @pytest.mark.parametrize(("spoil", "message"), [

@@ -19,12 +19,13 @@ class ClipCode:
     """A clip as parameters of the model, with what is needed to put it back into its picture.
 
     Args:
-        parameters: (F, D) float32; frames that are not valid are interpolated between their neighbours.
+        parameters: (F, D) float32; frames that were not measured are interpolated between their neighbours.
         pose: (F, 4) float32, smoothed head pose (see :mod:`dnnvss.face.pose`).
         shape_offset: (P, 2) float32, the clip's mean shape less the model's.
         texture_offset: (N, 3) float32, the clip's mean texture less the model's.
-        valid: (F,) bool; False where the landmarks were, or where the frame is an outlier.
-        outliers: reason to the frames that were left out for it.
+        valid: (F,) bool; False where the landmarks were, or where the frame is an outlier, and the gap is longer than
+            a line may bridge (:data:`dnnvss.timing.BRIDGE`).
+        outliers: reason to the frames that are outliers for it.
     """
 
     parameters: np.ndarray

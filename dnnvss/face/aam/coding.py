@@ -1,24 +1,28 @@
 """Encoding of whole clips: pose over time, outliers, the clip's mean, and the error of reconstruction."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from dnnvss.face.aam.code import ClipCode
+from dnnvss.face.aam.light import steadied
 from dnnvss.face.aam.model import ActiveAppearanceModel
 from dnnvss.face.clips import Clip, UnusableClipError
 from dnnvss.face.outliers import shape_distance
 from dnnvss.face.pose import to_reference
-from dnnvss.timing import fill_invalid
+from dnnvss.robust import robust_limit
+from dnnvss.timing import bridged, fill_invalid
 
 _CHUNK = 64
 """Frames whose textures are held as floats at a time."""
+_LENIENT = 3.0
+"""A clip that fits the model worse as a whole, by other light or clothes, may have limits so many times the model's."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What was seen of a clip: reference shapes (F, P, 2), textures (F, N, 3) uint8, and its code."""
+    """What was seen of a clip: reference shapes (F, P, 2), textures (F, N, 3) uint8 under one light, and its code."""
 
     shapes: np.ndarray
     textures: np.ndarray
@@ -31,8 +35,10 @@ def encode_clip(
 ) -> ClipCode:
     """Return the code of a clip of pictures (F, H, W_, 3), all their landmarks (F, L, 2) in pixels, and valid (F,).
 
-    Head pose is measured on the stable points and smoothed; frames beyond the model's limits are marked invalid; the
-    clip's mean shape and texture over its valid frames become its offsets (zero where the model keeps clip means).
+    Head pose is measured on the stable points and smoothed; light that changes within the clip is taken out
+    (:mod:`dnnvss.face.aam.light`); frames that are far out for the model and for the clip itself are outliers. Gaps of
+    up to :data:`dnnvss.timing.BRIDGE` seconds are bridged, other outliers are marked invalid. The clip's mean shape
+    and texture over its measured frames become its offsets (zero where the model keeps clip means).
     Errors call the clip by its ``name``.
 
     Raises:
@@ -57,11 +63,12 @@ def measure_clip(model: ActiveAppearanceModel, clip: Clip) -> Measured:
     _need(valid, clip.id)
     shapes, pose = _shapes(model, points, valid, clip.rate)
     textures = np.stack([model.read_texture(i, p) for i, p in zip(images, points[:, layout.rows], strict=True)])
+    textures = steadied(model.skin, textures, valid)
     far["texture"] = _far_textures(model, shapes, textures, valid)
     valid = valid & ~far["texture"]
     _need(valid, clip.id)
     outliers = {reason: np.flatnonzero(mask).tolist() for reason, mask in far.items() if mask.any()}
-    return Measured(shapes, textures, _code(model, shapes, textures, pose, valid, outliers))
+    return Measured(shapes, textures, _code(model, shapes, textures, pose, valid, outliers, clip.rate))
 
 
 def reconstruct(model: ActiveAppearanceModel, code: ClipCode) -> tuple[np.ndarray, np.ndarray]:
@@ -120,19 +127,30 @@ def _far_textures(
     """Return the valid frames (F,) whose texture the model does not know, about the clip's own centre.
 
     The mean as centre is fast and enough where nothing is far out; but what is far out pulls it, and then the median
-    decides.
+    decides, and a frame counts that is far out among the clip's own as well.
     """
-    for centre in (np.mean, np.median):
-        shape, texture = centre(shapes[valid], axis=0), centre(textures[valid], axis=0).astype(np.float32)
-        far = valid.copy()
-        for part, parameters, centred in _projected(model, shapes - shape, textures, texture):
-            residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
-            distance = np.sqrt((residual**2).mean(axis=(1, 2)))
-            size = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
-            far[part] &= (distance > model.limits.texture) | (size > model.limits.parameters)
-        if not far.any():
-            break
-    return far
+    limits = np.array([model.limits.texture, model.limits.parameters])
+    measured = _misfits(model, shapes, textures, valid, np.mean)
+    if not (measured[valid] > limits).any():
+        return np.zeros_like(valid)
+    measured = _misfits(model, shapes, textures, valid, np.median)
+    own = np.array([robust_limit(m, model.config.outlier) for m in measured[valid].T])
+    far = (measured > np.maximum(limits, np.minimum(own, _LENIENT * limits))).any(axis=1)
+    return far & valid
+
+
+def _misfits(
+    model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, valid: np.ndarray,
+    centre: Callable[..., np.ndarray],
+) -> np.ndarray:
+    """Return for each frame (F, 2) what the limits of texture and parameters are for, about the clip's centre."""
+    shape, texture = centre(shapes[valid], axis=0), centre(textures[valid], axis=0).astype(np.float32)
+    found = np.empty((len(shapes), 2))
+    for part, parameters, centred in _projected(model, shapes - shape, textures, texture):
+        residual = centred - np.tensordot(parameters, model.texture_modes, axes=1)
+        found[part, 0] = np.sqrt((residual**2).mean(axis=(1, 2)))
+        found[part, 1] = np.sqrt(((parameters / model.deviations) ** 2).mean(axis=1))
+    return found
 
 
 def _projected(
@@ -147,7 +165,7 @@ def _projected(
 
 def _code(
     model: ActiveAppearanceModel, shapes: np.ndarray, textures: np.ndarray, pose: np.ndarray, valid: np.ndarray,
-    outliers: dict[str, list[int]],
+    outliers: dict[str, list[int]], rate: float,
 ) -> ClipCode:
     shape_offset, texture_offset = np.zeros_like(model.mean_shape), np.zeros_like(model.mean_texture)
     if model.config.clip_means:
@@ -157,7 +175,7 @@ def _code(
     projected = _projected(model, shapes - model.mean_shape - shape_offset, textures, centre)
     parameters = np.concatenate([found for _, found, _ in projected])
     return ClipCode(fill_invalid(parameters, valid), pose.astype(np.float32), shape_offset.astype(np.float32),
-                    texture_offset.astype(np.float32), valid, outliers)
+                    texture_offset.astype(np.float32), valid | bridged(valid, rate), outliers)
 
 
 def _need(valid: np.ndarray, utterance: str) -> None:

@@ -10,6 +10,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.decomposition import find_modes
+from dnnvss.face.aam.light import Skin, steadied
 from dnnvss.face.aam.mesh import Warp, triangulate
 from dnnvss.face.aam.model import ActiveAppearanceModel
 from dnnvss.face.aam.outliers import LEAST_TEXTURE, FrameLimits, texture_distance
@@ -76,7 +77,9 @@ def fit_aam(
     opened = _open_shape(shapes, layout)
     warp = Warp(opened if config.texture_shape == "open" else mean, triangulate(opened), config.scale)
     chosen = _choose(tracked, usable, len(warp.pixels), config)
-    textures = _read_textures(clips, tracked, chosen, warp, progress)
+    skin = Skin.of(warp, layout)
+    textures = [steadied(skin, t, np.ones(len(t), bool))
+                for t in _read_textures(clips, tracked, chosen, warp, progress)]
     seen = [luminance(t) for t in textures] if config.colour == "luminance" else textures
     rows, mean_texture, near = _gathered(tracked, chosen, seen, mean, config)
     colours = [t[n] for t, n in zip(textures, near, strict=True)] if config.colour == "luminance" else []

@@ -16,6 +16,7 @@ from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.drawing import draw
+from dnnvss.face.aam.light import Skin
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.aam.outliers import FrameLimits
 from dnnvss.face.aam.parts import part_names
@@ -79,6 +80,11 @@ class ActiveAppearanceModel:
     def layout(self) -> Layout:
         """The modelled, stable and mouth rows of a landmark array."""
         return self.config.points.layout(self.landmark_groups)
+
+    @cached_property
+    def skin(self) -> Skin:
+        """Where textures show skin, on which light is measured."""
+        return Skin.of(self.warp, self.layout)
 
     @property
     def size(self) -> int:

@@ -19,11 +19,12 @@ class PointsCode:
     """A clip as parameters, with what is needed to put it back where it was recorded.
 
     Args:
-        parameters: (F, D) float32; frames that are not valid are interpolated between their neighbours.
+        parameters: (F, D) float32; frames that were not measured are interpolated between their neighbours.
         pose: (F, 4 or 12) float32, smoothed head pose (see :mod:`dnnvss.face.points.pose`).
         shape_offset: (P, 2 or 3) float32, the clip's mean shape less the face's.
-        valid: (F,) bool; False where the landmarks were, or where the frame is an outlier.
-        outliers: reason to the frames that were left out for it.
+        valid: (F,) bool; False where the landmarks were, or where the frame is an outlier, and the gap is longer than
+            a line may bridge (:data:`dnnvss.timing.BRIDGE`).
+        outliers: reason to the frames that are outliers for it.
     """
 
     parameters: np.ndarray

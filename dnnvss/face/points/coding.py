@@ -8,14 +8,15 @@ from dnnvss.face.outliers import shape_distance
 from dnnvss.face.points.code import PointsCode
 from dnnvss.face.points.model import PointsFace
 from dnnvss.face.points.pose import taken_out
-from dnnvss.timing import fill_invalid
+from dnnvss.timing import bridged, fill_invalid
 
 
 def encode_points(face: PointsFace, clip: Clip) -> tuple[PointsCode, np.ndarray]:
     """The code of a clip, and its shapes (F, P, 2 or 3) in the reference frame.
 
-    Head pose is measured on the stable points and smoothed; frames beyond the face's limits are marked invalid; the
-    clip's mean shape over its valid frames becomes its offset (zero where the face keeps clip means).
+    Head pose is measured on the stable points and smoothed; frames beyond the face's limits are outliers, which gaps
+    of up to :data:`dnnvss.timing.BRIDGE` seconds bridge and which are marked invalid elsewhere. The clip's mean shape
+    over its measured frames becomes its offset (zero where the face keeps clip means).
 
     Raises:
         UnusableClipError: no frame is usable.
@@ -38,7 +39,8 @@ def encode_points(face: PointsFace, clip: Clip) -> tuple[PointsCode, np.ndarray]
     offset = shapes[valid].mean(axis=0) - face.mean if face.settings.clip_means else np.zeros_like(face.mean)
     parameters = fill_invalid(face.project(shapes - face.mean - offset), valid)
     outliers = {reason: np.flatnonzero(mask).tolist() for reason, mask in far.items() if mask.any()}
-    code = PointsCode(parameters, pose.astype(np.float32), offset.astype(np.float32), valid, outliers)
+    code = PointsCode(parameters, pose.astype(np.float32), offset.astype(np.float32),
+                      valid | bridged(valid, clip.rate), outliers)
     return code, shapes
 
 

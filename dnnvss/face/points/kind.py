@@ -20,6 +20,6 @@ LACKS = ("The face is made of points alone: its pictures are drawings of them. S
          "shown, gaze is not known, and render=patch, render=reference and into=FOOTAGE need face=aam.")
 
 KIND = FaceKind(
-    PointsFace.kind, version=1, read=PointsSettings.from_dict, plain=PointsSettings.to_dict, fit=fit_points,
+    PointsFace.kind, version=2, read=PointsSettings.from_dict, plain=PointsSettings.to_dict, fit=fit_points,
     encode=encode, report=build_report, stabilise=PointsFace.stabilise, load=PointsFace.load,
     load_code=PointsCode.load, pictures=False, lacks=LACKS)
