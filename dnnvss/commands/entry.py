@@ -12,6 +12,7 @@ COMMANDS = {
     "prepare": "a corpus from recordings: videos, their words and their landmarks",
     "train": "a system on a corpus: trains, evaluates the test split, writes a run folder",
     "speak": "text, a voice or phone times as a talking face, by a trained run",
+    "live": "a face that moves while somebody speaks, by a run of a network with a look-ahead",
     "compare": "finished runs in one table, with confidence intervals and a page",
     "export": "a run's network as a file, or all of the run as a bundle",
     "label": "frames labelled by hand: choose, page, import, check",

@@ -14,6 +14,7 @@ from dnnvss.export.description import INPUTS, KEY, Description
 from dnnvss.export.onnx_check import check_graph
 from dnnvss.features import FrameCodes
 from dnnvss.systems import READABLE, Example, Prediction, VisualModel
+from dnnvss.systems.base import PredictionStream
 from dnnvss.systems.frame_network import pieces
 
 _CHUNK = 256
@@ -72,6 +73,11 @@ class ExportedModel(VisualModel):
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Refuse: an exported network learns no more."""
         raise DnnvssError("an exported network cannot be trained", remedy="Train the run that it came from")
+
+    def stream(self) -> PredictionStream:
+        """Refuse: the graph takes whole utterances."""
+        raise DnnvssError("a network in ONNX takes whole utterances, so it cannot speak as the sound comes",
+                          remedy="Take the run, or a bundle that keeps its weights: dnnvss export RUN --network pt")
 
     def state(self) -> dict[str, Any]:
         """Refuse: the state is the file."""

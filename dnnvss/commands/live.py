@@ -1,0 +1,185 @@
+"""``dnnvss live RUN``: a face that moves while somebody speaks.
+
+Sound comes from standard input, or from a file at its own pace: raw 16-bit samples (s16le, mono, ``--rate``) or a wav
+file. Out come lines of JSON (``frame``, ``seconds`` and the face's gauges and coefficients) or raw pictures (rgb24),
+each a bounded time after its sound; how long is told at the start, on standard error. RUN is a run of a network with
+a look-ahead whose labels read the sound alone, by causal analyses:
+
+    dnnvss train corpus=grid +experiment=live
+    arecord -f S16_LE -r 16000 -c 1 -t raw | dnnvss live runs/NAME
+    dnnvss live runs/NAME --sound speech.wav --video - | ffplay -f rawvideo -pixel_format rgb24 -video_size WxH -
+"""
+
+import argparse
+import io
+import json
+import sys
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+import numpy as np
+
+from dnnvss.commands.flags import Flags, given_as, whole
+from dnnvss.commands.usage import DONE, UsageError
+from dnnvss.errors import DnnvssError
+from dnnvss.media import SPEECH_RATE
+from dnnvss.timing import FrameClock
+
+if TYPE_CHECKING:
+    from dnnvss.synthesis.live import LiveFace
+
+_BLOCK = 0.02
+"""Seconds of sound that a file gives at a time."""
+_MOST = 1 << 16
+"""Bytes that are read at a time."""
+STDIO = "-"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Follow the sound until it ends."""
+    parser = Flags(prog="dnnvss live", description=__doc__)
+    parser.add_argument("run", type=Path, metavar="RUN", help="a run folder")
+    parser.add_argument("--sound", default=STDIO, metavar="FILE", help="- for standard input (-)")
+    parser.add_argument("--rate", type=whole(1000, 384000), default=16000, help="samples a second of raw sound (16000)")
+    parser.add_argument("--curves", metavar="FILE", help="lines of JSON; - for standard output, as without --video")
+    parser.add_argument("--video", metavar="FILE", help="raw pictures, rgb24; - for standard output")
+    parser.add_argument("--fps", type=given_as(FrameClock), help="pictures a second; the talker's unless given")
+    parser.add_argument("--scale", type=given_as(float), default=1.0, help="size of the pictures (1)")
+    parser.add_argument("--smoothing", type=whole(2, 1000), default=4,
+                        help="frames that parameter generation waits for (4)")
+    parser.add_argument("--articulation", type=given_as(float), default=1.0,
+                        help="the dial: 1 for the talker's variance (1)")
+    parser.add_argument("--fast", action="store_true", help="a file as fast as it can be read")
+    options = parser.read(arguments)
+    if options.curves is None and options.video is None:
+        options.curves = STDIO
+    if options.curves == options.video == STDIO:
+        raise UsageError("--curves and --video both write to standard output", remedy="Give one of them a file")
+    return _live(options)
+
+
+def _live(options: argparse.Namespace) -> int:
+    import torch
+
+    from dnnvss.runs.run import Run
+    from dnnvss.synthesis.live import LiveFace, LiveSettings
+
+    torch.set_num_threads(1)
+    run = Run.open(options.run)
+    try:
+        face = LiveFace(run, LiveSettings(options.smoothing, options.articulation, options.fps))
+    except DnnvssError as error:
+        raise DnnvssError(error.problem, file=run.folder, remedy=error.remedy) from error
+    with ExitStack() as stack:
+        source = sys.stdin.buffer if options.sound == STDIO else stack.enter_context(_opened(options.sound))
+        curves, video = (_sink(stack, name) for name in (options.curves, options.video))
+        outputs = Outputs(face, curves, video, options.scale)
+        print(told(face), *outputs.told, sep="\n", file=sys.stderr, flush=True)
+        paced = options.sound != STDIO and not options.fast
+        print(follow(face, outputs, blocks(source, options.rate, paced)), file=sys.stderr)
+    return DONE
+
+
+def told(face: "LiveFace") -> str:
+    """How far behind the sound the face is, and why."""
+    parts = ", ".join(f"{name} {1000 * seconds:.0f}" for name, seconds in face.parts.items())
+    return (f"the face follows {1000 * face.lag:.0f} ms behind the sound (ms: {parts}), "
+            f"at {float(face.clock.rate):g} pictures a second")
+
+
+def blocks(source: BinaryIO, rate: int, paced: bool) -> Iterator[np.ndarray]:
+    """Samples (m,) as they come, in pieces of any size, until the source stops.
+
+    Args:
+        source: of bytes.
+        rate: samples a second of raw sound.
+        paced: whether to wait until each piece would have been spoken.
+    """
+    from dnnvss.media.live import SoundBytes
+
+    sound, begun, given = SoundBytes(rate), time.monotonic(), 0
+    while data := source.read(2 * sound.channels * round(sound.rate * _BLOCK)) if paced else _available(source):
+        samples = sound.push(data)
+        given += len(samples)
+        if paced:
+            time.sleep(max(0.0, begun + given / SPEECH_RATE - time.monotonic()))
+        yield samples
+    yield sound.finish()
+
+
+def _available(source: BinaryIO) -> bytes:
+    """What is there, at least a byte; nothing where the source has stopped."""
+    return source.read1(_MOST) if isinstance(source, io.BufferedReader) else source.read(_MOST)
+
+
+def follow(face: "LiveFace", outputs: "Outputs", sound: Iterable[np.ndarray]) -> str:
+    """Let the face follow the sound to its end, and tell what it took."""
+    begun, seconds = time.process_time(), 0.0
+    for samples in sound:
+        seconds += len(samples) / SPEECH_RATE
+        outputs.write(face.push(samples))
+    outputs.write(face.finish())
+    busy = (time.process_time() - begun) / max(seconds, 1e-9)
+    return f"{outputs.count} pictures of {seconds:.1f} s of sound, {100 * busy:.0f} % of one core"
+
+
+class Outputs:
+    """Curves and pictures, each given out as soon as it is known.
+
+    Args:
+        face: whose they are.
+        curves, video: where they go, None for not.
+        scale: size of the pictures.
+    """
+
+    def __init__(self, face: "LiveFace", curves: BinaryIO | None, video: BinaryIO | None, scale: float = 1.0) -> None:
+        from dnnvss.style.generator import all_gauges
+
+        self.face, self.curves, self.video, self.count = face, curves, video, 0
+        self.gauges = all_gauges(face.run.face) if curves else {}
+        self.pictures = face.run.pictures(scale) if video else None
+
+    @property
+    def told(self) -> list[str]:
+        """What a reader has to know of the pictures."""
+        if self.pictures is None:
+            return []
+        width, height = self.pictures.size
+        return [f"video: rgb24, {width}x{height}"]
+
+    def write(self, rows: np.ndarray) -> None:
+        """Give out the next pictures, of parameters (n, D)."""
+        if not len(rows):
+            return
+        if self.curves:
+            self.curves.write("".join(self._lines(rows)).encode())
+            self.curves.flush()
+        if self.video and self.pictures is not None:
+            for picture in self.pictures.frames(rows):
+                self.video.write(picture.tobytes())
+            self.video.flush()
+        self.count += len(rows)
+
+    def _lines(self, rows: np.ndarray) -> Iterator[str]:
+        values = {name: gauge(rows) for name, gauge in self.gauges.items()}
+        for k in range(len(rows)):
+            frame = self.count + k
+            middle = round(float(self.face.clock.seconds(2 * frame + 1)) / 2, 6)
+            numbers = {name: round(float(row[k]), 5) for name, row in values.items()}
+            yield json.dumps({"frame": frame, "seconds": middle, **numbers}) + "\n"
+
+
+def _opened(name: str) -> BinaryIO:
+    path = Path(name)
+    if not path.is_file():
+        raise DnnvssError("no such file", file=path, remedy="Check the path given as --sound")
+    return path.open("rb")
+
+
+def _sink(stack: ExitStack, name: str | None) -> BinaryIO | None:
+    if name is None:
+        return None
+    return sys.stdout.buffer if name == STDIO else stack.enter_context(Path(name).open("wb"))
