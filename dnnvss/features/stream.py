@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from dnnvss.acoustics import AcousticStream
+from dnnvss.acoustics import AcousticStream, EncoderStream
 from dnnvss.errors import DnnvssError
+from dnnvss.features.block import Settings
 from dnnvss.features.codes import FrameCodes
+from dnnvss.features.sources.encoder import ENCODER_SOURCE
 from dnnvss.features.sources.sound import SOUND_SOURCES, analysis_of, offsets_of
 from dnnvss.features.table import FeatureTable
 from dnnvss.timing import FrameClock
@@ -22,17 +24,14 @@ class FeatureStream:
     """
 
     def __init__(self, table: FeatureTable, clock: FrameClock) -> None:
-        known = {source.name for source in SOUND_SOURCES}
-        if unknown := [name for name in table.sources if name not in known]:
+        if unknown := [name for name in table.sources if name not in _HEARD]:
             raise DnnvssError(f"{table.title} reads {unknown[0]}, which nobody knows as the sound comes",
                               remedy="Take a run whose labels read the sound alone, with causal "
                               "analyses: labels=mel labels.logmel.causal=true")
         self.table, self.clock = table, clock
         self.before, self.ahead = reach(table)
-        self.streams = {name: AcousticStream(analysis_of(table.settings, name), clock)
-                        for name in table.sources}
-        self.rows = {name: np.zeros((0, len(stream.analysis.columns)), np.float32)
-                     for name, stream in self.streams.items()}
+        self.streams = {name: _stream(table.settings, name, clock) for name in table.sources}
+        self.rows = {name: stream.push(np.zeros(0)).astype(np.float32) for name, stream in self.streams.items()}
         self.first = 0  # the frame of the first row that is kept
         self.given = 0  # frames that were given out
 
@@ -56,7 +55,7 @@ class FeatureStream:
         if ready == self.given:
             return np.zeros((0, 0), np.int32), np.zeros((0, self.table.numeric_width), np.float32)
         here = {"utterance_start": np.zeros(1, np.int64), "utterance_frames": np.array([count - self.first])}
-        codes = FrameCodes(self.table, {**here, **self.rows}, str(self.clock))
+        codes = FrameCodes(self.table, {**here, **_arrays(self.rows)}, str(self.clock))
         frames = np.arange(self.given, ready) - self.first
         made = codes.active(frames), codes.numeric(frames)
         self._forget(ready)
@@ -69,9 +68,37 @@ class FeatureStream:
         self.first = first
 
 
+_HEARD = frozenset(source.name for source in (*SOUND_SOURCES, ENCODER_SOURCE))
+"""Sources that read the sound alone."""
+
+
+def _stream(settings: Settings, name: str, clock: FrameClock) -> AcousticStream | EncoderStream:
+    if name == ENCODER_SOURCE.name:
+        return EncoderStream(settings.encoder, clock)
+    return AcousticStream(analysis_of(settings, name), clock)
+
+
+def _arrays(rows: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The arrays of the sources; the encoder's outputs lie on the frames here, not between them."""
+    if (outputs := rows.get(ENCODER_SOURCE.name)) is None:
+        return rows
+    places = np.arange(len(outputs))
+    return {**rows, "encoder": np.concatenate([outputs, outputs[-1:]]), "encoder_before": places,
+            "encoder_share": np.zeros(len(outputs), np.float32)}
+
+
 def reach(table: FeatureTable) -> tuple[int, int]:
-    """Frames before and after its own whose sound the columns of a frame hold."""
+    """Frames before and after its own that the columns of a frame are put together from."""
     windows = [name.removesuffix("_window") for name in table.names if name.endswith("_window")]
-    known = {source.name for source in SOUND_SOURCES}
-    offsets = [o for name in windows if name in known for o in offsets_of(table.settings, name)]
+    offsets = [o for name in windows if name in _HEARD for o in _offsets(table.settings, name)]
     return -min([0, *offsets]), max([0, *offsets])
+
+
+def _offsets(settings: Settings, name: str) -> tuple[int, ...]:
+    return settings.encoder_offsets if name == ENCODER_SOURCE.name else offsets_of(settings, name)
+
+
+def heard_ahead(table: FeatureTable) -> float:
+    """Seconds of sound behind a frame's end that its source hears; the frames ahead not counted."""
+    ahead = table.settings.encoder.lookahead if ENCODER_SOURCE.name in table.sources else 0.0
+    return ahead or 0.0

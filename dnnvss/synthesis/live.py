@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dnnvss.curves import Stream
-from dnnvss.features.stream import FeatureStream, reach
+from dnnvss.features.stream import FeatureStream, heard_ahead, reach
 from dnnvss.runs.run import Run
 from dnnvss.timing import FrameClock
 
@@ -63,7 +63,8 @@ class LiveFace:
     def parts(self) -> dict[str, float]:
         """The lag by its causes, in seconds."""
         seconds = self.run.task.clock.seconds
-        return {"features": seconds(1) / 2 + seconds(reach(self.run.task.table)[1]),
+        table = self.run.task.table
+        return {"features": seconds(1) / 2 + seconds(reach(table)[1]) + heard_ahead(table),
                 "network": seconds(self.run.model.lookahead or 0),
                 "smoothing": seconds(self.settings.smoothing), "pictures": seconds(1)}
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from conftest import CLOCK, ROOT, run_command
 from hydra import compose, initialize_config_dir
 
-from dnnvss.acoustics import LogMel
+from dnnvss.acoustics import Encoder, LogMel, encoder
 from dnnvss.commands.live import Outputs, blocks, follow
 from dnnvss.commands.train import train
 from dnnvss.corpus import Corpus
@@ -23,7 +24,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, Settings
 from dnnvss.features.encode import encode_recording
 from dnnvss.features.recording import Recording
-from dnnvss.features.stream import FeatureStream
+from dnnvss.features.stream import FeatureStream, heard_ahead, reach
 from dnnvss.media import Sound, read_audio, write_wav
 from dnnvss.media.live import SoundBytes
 from dnnvss.runs.run import Run
@@ -60,6 +61,19 @@ def test_columns_are_those_of_the_whole_sound(seconds: float) -> None:
     found.append(stream.finish()[1])
     np.testing.assert_allclose(np.concatenate(found), whole.numeric(np.arange(len(whole))), rtol=1e-5, atol=1e-5)
     assert max(len(rows) for rows in stream.rows.values()) <= 7 + 3 + 1 + len(whole)
+
+
+def test_what_the_encoder_hears_comes_frame_by_frame_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    mix = np.random.default_rng(0).normal(size=(80, 384)) / 9
+    monkeypatch.setattr(encoder, "run_encoder", lambda energies: (energies[:, ::2].T @ mix).astype(np.float32))
+    table = FeatureTable(("logmel", "encoder", "encoder_window"), replace(
+        TABLE.settings, encoder=Encoder(causal=True, window=30, hop=3, ahead=4), encoder_offsets=(-3, 2)))
+    samples = noise(0.9)
+    whole = encode_recording(Recording(None, "", Sound(samples, RATE)), table, CLOCK)
+    stream = FeatureStream(table, CLOCK)
+    found = np.concatenate([*(stream.push(piece)[1] for piece in cut(samples, 1)), stream.finish()[1]])
+    np.testing.assert_allclose(found, whole.numeric(np.arange(len(whole))), rtol=1e-3, atol=1e-3)
+    assert heard_ahead(table) == pytest.approx(0.14) and reach(table) == (3, 2)
 
 
 def test_what_nobody_knows_in_time_is_refused() -> None:
