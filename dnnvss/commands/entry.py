@@ -17,7 +17,7 @@ COMMANDS = {
     "export": "a run's network as a file, or all of the run as a bundle",
     "label": "frames labelled by hand: choose, page, import, check",
     "track": "the points of every frame of videos, from about thirty labelled ones",
-    "figure": "a coefficient of a test sentence, measured and predicted by runs",
+    "figure": "coefficients of a test sentence, measured and predicted by runs",
     "face-figures": "what a face model has learnt, and how well it sees its talker",
     "correlations": "how much of what is seen can be heard: canonical correlations of features and a face",
     "units": "what the dynamic visemes of a run look like",

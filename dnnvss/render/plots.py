@@ -43,16 +43,28 @@ def plot_trajectories(
     Raises:
         DnnvssError: no series, or one that is not a row of numbers.
     """
-    for name, values in series.items():
-        if np.ndim(values) != 1 or not np.isfinite(values).all():
-            raise DnnvssError(f"series {name!r} has shape {np.shape(values)} or holds values that are not finite",
-                              file=path, remedy="Give one finite value a frame")
-    if not series:
-        raise DnnvssError("there is nothing to plot", file=path, remedy="Give one trajectory at least")
+    return plot_panels(path, {label: series}, rate, phones, title)
+
+
+def plot_panels(path: str | Path, panels: Mapping[str, Mapping[str, np.ndarray]],
+                rate: Fraction | int | float | str, phones: Tier, title: str = "") -> Path:
+    """Write plots of several coefficients below each other, as :func:`plot_trajectories` does of one; their path.
+
+    **Source**: Theobald and Wilkinson 2007, Figures 6 and 7.
+
+    Args:
+        path, rate, phones, title: as for :func:`plot_trajectories`.
+        panels: name of a coefficient to its series.
+
+    Raises:
+        DnnvssError: no series, or one that is not a row of numbers.
+    """
+    _check_series(path, panels)
     clock, lines = FrameClock(rate), _lines(phones, phones.start, phones.end)
-    figure = new_figure(_width(phones), 3.2 * len(lines))
-    every = figure.subplots(len(lines), 1, squeeze=False, sharey=True)[:, 0]
-    for axes, span in zip(every, lines, strict=True):
+    figure = new_figure(_width(phones), 3.2 * len(lines) * len(panels))
+    every = figure.subplots(len(lines) * len(panels), 1, squeeze=False, sharey="row")[:, 0]
+    for row, axes in enumerate(every):
+        (label, series), span = list(panels.items())[row % len(panels)], lines[row // len(panels)]
         for colour, (name, values) in zip(COLOURS * len(series), series.items(), strict=False):
             axes.plot(clock.centres(len(values)), values, label=name, color=colour, linewidth=1.4)
         _edges(axes, phones, span, "#bbbbbb")
@@ -62,6 +74,15 @@ def plot_trajectories(
     every[0].set_title(title, pad=16, fontsize=10)
     every[0].legend(loc="upper right", frameon=False, fontsize=8)
     return save_figure(figure, path)
+
+
+def _check_series(path: str | Path, panels: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+    for name, values in (item for series in panels.values() for item in series.items()):
+        if np.ndim(values) != 1 or not np.isfinite(values).all():
+            raise DnnvssError(f"series {name!r} has shape {np.shape(values)} or holds values that are not finite",
+                              file=path, remedy="Give one finite value a frame")
+    if not panels or not all(panels.values()):
+        raise DnnvssError("there is nothing to plot", file=path, remedy="Give one trajectory at least")
 
 
 def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Fraction | int | float | str,

@@ -28,7 +28,7 @@ class CanonicalSettings:
     apart: bool = setting(True, doc="whether groups of parameters (shape, texture) have mappings of their own")
     factors: int | None = setting(None, least=1, doc="canonical factors that are kept; all where null")
     ridge: float = setting(0.0, least=0, doc="regularisation, in variances of each variable; 0: none")
-    cutoff: float | None = setting(6.0, above=0, doc="Hz of the cubic smoothing spline; null for none")
+    cutoff: float | None = setting(8.0, above=0, doc="Hz of the cubic smoothing spline; null for none")
     regions: int = setting(1, least=1, doc="clusters of what is heard, each with a mapping of its own")
     blocks: str = setting("together", choices=("together", "averaged"),
                           doc="blocks of labels in one mapping, or a mapping each and the mean of them by their worth")

@@ -16,8 +16,8 @@ PHONES = Tier("phones", [(0, 0.2, "sil"), (0.2, 0.35, "B"), (0.35, 0.6, "IY"), (
 
 def test_trajectories_boundaries_and_labels_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     figures = []
-    real = plots._save
-    monkeypatch.setattr(plots, "_save", lambda figure, path: figures.append(figure) or real(figure, path))
+    real = plots.save_figure
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path: figures.append(figure) or real(figure, path))
     reference, predicted = np.sin(np.arange(25) / 4), np.cos(np.arange(50) / 8)
     series = {"reference": reference, "predicted": predicted}
     path = plots.plot_trajectories(tmp_path / "a.png", series, 25, PHONES, "see")
@@ -54,8 +54,8 @@ def long_tier(count: int) -> Tier:
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Figures that are written from now on."""
     figures: list[Any] = []
-    real = plots._save
-    monkeypatch.setattr(plots, "_save", lambda figure, path: figures.append(figure) or real(figure, path))
+    real = plots.save_figure
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path: figures.append(figure) or real(figure, path))
     return figures
 
 
@@ -79,7 +79,7 @@ def test_a_long_plot_goes_on_in_lines_below(
 
 def test_a_plot_of_very_many_phones_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     figures, phones = drawn(monkeypatch), long_tier(7000)
-    monkeypatch.setattr(plots, "_save", lambda figure, path: figures.append(figure) or path)
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path: figures.append(figure) or path)
     ones = np.ones(2 * 7000)
     plots.plot_residual(tmp_path / "a.png", {"a": ones, "b": ones}, 25, ones > 0, phones)
     width, height = figures[0].get_size_inches() * 150
