@@ -8,6 +8,10 @@ import numpy as np
 
 from dnnvss.render.plots import COLOURS, new_figure, save_figure
 
+_COLOURS = (*COLOURS, "#7b4fa3", "#8a6d3b", "#5f6b7a")
+_STYLES = ("-", "--")
+"""Neighbours differ in their dashes too: where two lines meet, both are seen."""
+
 
 @dataclass(frozen=True)
 class Line:
@@ -35,10 +39,12 @@ def plot_lines(path: str | Path, panels: Mapping[str, Sequence[Line]], across: s
     names = list(dict.fromkeys(line.name for lines in panels.values() for line in lines))
     for axes, (title, lines) in zip(every, panels.items(), strict=False):
         for line in lines:
-            colour = COLOURS[names.index(line.name) % len(COLOURS)]
+            which = names.index(line.name)
+            colour, style = _COLOURS[which % len(_COLOURS)], _STYLES[which % len(_STYLES)]
             few = "o" if len(line.at) < 10 else None
-            axes.plot(line.at, line.values, color=colour, label=line.name, linewidth=1.4, marker=few, markersize=4)
-            axes.fill_between(line.at, line.low, line.high, color=colour, alpha=0.15, linewidth=0)
+            axes.plot(line.at, line.values, style, color=colour, label=line.name, linewidth=1.4, marker=few,
+                      markersize=4)
+            axes.fill_between(line.at, line.low, line.high, color=colour, alpha=0.5 / len(names), linewidth=0)
         axes.set_title(title, fontsize=10)
         axes.grid(color="#e5e5e5", linewidth=0.6)
         axes.set_ylim(None, 1)

@@ -12,7 +12,7 @@ from dnnvss.commands.train_settings import run_settings
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.run import make_model
 from dnnvss.runs.settings import RunSettings
-from dnnvss.systems.registry import read_system
+from dnnvss.systems.registry import driven_by, read_system
 
 CONF = ROOT / "conf"
 EXPERIMENTS = sorted(p.stem for p in (CONF / "experiment").glob("*.yaml"))
@@ -49,6 +49,17 @@ def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
             chosen = [f"{key}={value}" for key, value in zip(swept, values, strict=True)]
             settings = composed(f"experiment={name}", *chosen)
             assert make_model(settings, settings.task).table is settings.task.table
+
+
+@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "preset").glob("*.yaml")))
+def test_a_preset_is_a_system_with_labels_that_it_reads(name: str) -> None:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        settings = composed(f"preset={name}")
+    assert make_model(settings, settings.task).reads >= settings.task.table.needs & {"sound", "visemes"}
+    cls, _ = read_system(settings.model_name, settings.model)
+    heard = name.startswith(("cca", "clusters", "voice"))
+    assert driven_by(cls, settings.task.table) == ("voice and text" if name == "voice_text" else "voice" if heard else
+                                                   "nothing" if name == "training_mean" else "text")
 
 
 @pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),

@@ -57,7 +57,7 @@ def names_of(values: dict[str, Any], above: str = "") -> set[str]:
 
 BASES = {
     "train": [[], *([f"{group}={choice}"] for group in groups(CONF, "train") for choice in choices([CONF], group)
-                    if group not in ("experiment", "debug"))],
+                    if group not in ("preset", "experiment", "debug"))],
     "prepare": [[f"corpus={choice}", "corpus.raw=x"] for choice in choices([CONF], "corpus")],
     "synth": [[], *([f"{group}={choice}"] for group in ("style", "speech") for choice in choices([CONF], group))],
 }

@@ -16,6 +16,7 @@ from dnnvss import DnnvssError, files
 from dnnvss.archives import read_arrays
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.curves import resample
+from dnnvss.evaluation import figure
 from dnnvss.evaluation.runs import make_bench, read_run
 from dnnvss.face.aam import encode_clip, fit_aam
 from dnnvss.face.clips import Clip
@@ -126,3 +127,18 @@ def test_the_report_opens_from_disk_in_a_browser_and_its_video_plays(run, tmp_pa
         browser.wait("document.querySelector('.sentence output').textContent > '0.00 s'")
         assert browser.ask("document.querySelector('video').videoWidth") == 96
         assert browser.ask("faults.join()") == ""
+
+
+def test_coefficients_are_drawn_by_name_and_number(run, tmp_path, monkeypatch, capsys):
+    panels = {}
+    real = figure.plot_panels
+    monkeypatch.setattr(figure, "plot_panels", lambda p, given, *rest: panels.update(given) or real(p, given, *rest))
+    assert run_command("figure", run, "--coefficient", "aam01", "2", "--out", tmp_path / "two.png") == 0
+    arrays = read_run(run).arrays
+    first = next(iter(arrays["reference"]))
+    assert list(panels) == ["aam01", "coefficient 2"] and (tmp_path / "two.png").stat().st_size > 10_000
+    np.testing.assert_array_equal(panels["aam01"]["reference"], arrays["reference"][first][:, 0])
+    np.testing.assert_array_equal(panels["coefficient 2"]["ph"], arrays["predicted"][first][:, 1])
+    for wrong in ("0", "mouth"):
+        assert run_command("figure", run, "--coefficient", wrong) == 1
+        assert f"no coefficient {wrong}" in capsys.readouterr().err
