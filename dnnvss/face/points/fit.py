@@ -1,7 +1,7 @@
 """Fitting a face of points to the clips of a training split."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,6 +58,7 @@ def fit_points(
             not fit the corpus.
     """
     settings = settings or PointsSettings()
+    settings = replace(settings, points=settings.points.fitted(groups))
     layout = settings.points.layout(groups)
     read = _read(clips, layout)
     reference = _reference(read, layout, settings)
