@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from data_prep.evening import Place, moved
 from dnnvss.archives import read_arrays
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
@@ -14,8 +15,11 @@ from dnnvss.timing import fill_invalid
 
 
 def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, frames: int,
-             size: tuple[int, int], dimensions: int = 2, rows: tuple[int, ...] | None = None) -> dict[str, Any]:
-    """Return the counts of a recording's landmarks, after writing them to ``out/.stages/landmarks/<id>.npz``.
+             size: tuple[int, int], dimensions: int = 2, shown: Path | None = None,
+             place: Place = (1.0, 1.0, 0.0, 0.0), rows: tuple[int, ...] | None = None) -> dict[str, Any]:
+    """The counts of a recording's landmarks, after writing them to ``out/.stages/landmarks/<id>.npz``.
+
+    They are brought to the corpus's clock and size as the pictures are.
 
     Args:
         name: the utterance id.
@@ -23,20 +27,23 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
         landmarks: one file, one folder of ``.pts``, or the ``.pts`` files.
         scale: what stored coordinates are divided by to give pixels (millimetres).
         frames: the number of pictures.
-        size: width and height of the video in pixels; zeros where they are not known.
+        size: width and height of the recording in pixels; zeros where they are not known.
         dimensions: coordinates of a point.
+        shown: which frame of the recording is shown when (:func:`data_prep.evening.evened`); None where all are.
+        place: where its pictures stand in those of the corpus.
         rows: the points of a frame that are kept, in their new order; all of them where None.
 
     Raises:
         DnnvssError: landmarks that cannot be read, of another number of frames, without a valid frame, NaN where
             they are marked as valid, or in most frames outside the picture.
     """
-    found = _lengthened(read_all(landmarks, scale, dimensions, frames), frames, landmarks[0])
+    read = read_all(landmarks, scale, dimensions, frames)
+    found, given = _lengthened(read, frames), len(read.points)
     file = landmarks[0] if len(landmarks) == 1 else landmarks[0].parent
     count = len(found.points)
     if count != frames:
         raise DnnvssError(f"holds landmarks of {count} frames, the video has {frames}", file=file, utterance=name,
-                          remedy="Track the video again, one row a frame")
+                          remedy="Track this very video, one row a frame")
     if rows is not None and max(rows) < found.points.shape[1]:
         found = replace(found, points=found.points[:, list(rows)])
     wrong = found.valid & ~np.isfinite(found.points).all(axis=(1, 2))
@@ -53,21 +60,30 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
         raise DnnvssError(f"landmarks reach over x {left:.0f} to {right:.0f} and y {top:.0f} to {bottom:.0f}, the "
                           f"video is {size[0]} x {size[1]} pixels", file=file, utterance=name,
                           remedy="Track this very video, or set scale in landmarks.json (pixels = stored / scale)")
-    write_npz(out / ".stages" / "landmarks" / f"{name}.npz", Landmarks(found.points, found.valid))
-    return {"points": found.points.shape[1], "lost": int((~found.valid).sum())}
+    points, valid = found.points, found.valid
+    if shown is not None:
+        kept = read_arrays(shown, "Delete .stages and prepare again")
+        points, valid = points[kept["index"]], valid[kept["index"]] & kept["taken"]
+    if dimensions == 2 and tuple(place) != (1.0, 1.0, 0.0, 0.0):
+        points = moved(points, place)
+    write_npz(out / ".stages" / "landmarks" / f"{name}.npz", Landmarks(points, valid))
+    return {"points": points.shape[1], "lost": int((~valid).sum()), "rows": given, "faces": read.faces}
 
 
 _CUT = 2
-"""Rows by which OpenFace's file may be shorter than the video: OpenCV does not give it the last pictures."""
+"""Rows by which landmarks may be shorter or longer than the video: OpenCV does not give trackers the last pictures,
+or gives the last one again."""
 
 
-def _lengthened(found: Landmarks, frames: int, file: Path) -> Landmarks:
-    """The landmarks of a CSV with frames at its end that are not valid, where it lacks one or two."""
+def _lengthened(found: Landmarks, frames: int) -> Landmarks:
+    """Landmarks with frames at their end that are not valid, or without the last ones, where one or two are amiss."""
     lacking = frames - len(found.points)
-    if file.suffix.lower() != ".csv" or not 0 < lacking <= _CUT:
+    if not lacking or abs(lacking) > _CUT or frames <= _CUT:
         return found
+    if lacking < 0:
+        return Landmarks(found.points[:frames], found.valid[:frames], faces=found.faces)
     points = np.concatenate([found.points, np.full((lacking, *found.points.shape[1:]), np.nan, np.float32)])
-    return Landmarks(points, np.concatenate([found.valid, np.zeros(lacking, bool)]))
+    return Landmarks(points, np.concatenate([found.valid, np.zeros(lacking, bool)]), faces=found.faces)
 
 
 def read_all(landmarks: tuple[Path, ...], scale: float, dimensions: int, frames: int | None = None) -> Landmarks:
@@ -88,7 +104,7 @@ def read_all(landmarks: tuple[Path, ...], scale: float, dimensions: int, frames:
         return read_npz(landmarks[0], scale, dimensions, frames)
     else:
         found = read_landmarks(landmarks[0], dimensions)
-    return Landmarks(found.points / np.float32(scale), found.valid, found.times)
+    return replace(found, points=found.points / np.float32(scale))
 
 
 def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:

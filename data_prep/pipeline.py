@@ -12,6 +12,7 @@ import numpy as np
 from data_prep.adapt import heard_again, heard_at_last, learn_voice
 from data_prep.align import given, heard, sharp
 from data_prep.digests import with_digests
+from data_prep.evening import evened, square_size, told
 from data_prep.landmarks import read_raw, write_clean
 from data_prep.media import media
 from data_prep.points import FOUND, VERSION, find_points
@@ -49,6 +50,7 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         made = _media(run)
         _found(run, made)
         size, rate = _usual(run, made)
+        made = _evened(run, made, size, rate)
         bad = _examined(run, made, size)
         late = _late(run, made, bad)
         made = _sounds(run, made, late)
@@ -67,7 +69,7 @@ def _unfit_id(name: str) -> str:
     return f"the name {name!r} begins or ends with a space, or holds a line break: rename its files"
 
 
-MEDIA = 2
+MEDIA = 3
 """Version of what the stage of the recordings leaves behind."""
 
 
@@ -122,21 +124,30 @@ OFF_RATE = 0.02
 
 
 def _usual(run: Preparation, made: Results) -> tuple[tuple[int, int], Fraction]:
-    """Return the size and rate that most recordings have; the others are dropped."""
-    kinds = {name: (tuple(m["size"]), Fraction(m["rate"])) for name, m in made.items() if m["video"]}
-    rates = {name: Fraction(m["rate"]) for name, m in made.items() if not m["video"]}
-    if not kinds and not rates:
+    """The size and rate that most recordings have; landmarks without video at another rate are dropped."""
+    filmed = [m for m in made.values() if "pixel" in m]
+    rates = {name: Fraction(m["rate"]) for name, m in made.items() if "pixel" not in m}
+    if not filmed and not rates:
         _nothing_left(run)
-    size = run.recipe.size or (0, 0)
-    usual = Counter(kinds.values() or [(size, rate) for rate in rates.values()]).most_common(1)[0][0]
-    (w, h), r = usual
-    for name, ((width, height), rate) in kinds.items():
-        if kinds[name] != usual:
-            run.drop(name, f"the video is {width} x {height} at {rate}, most of the corpus is {w} x {h} at {r}")
-    for name, rate in rates.items():
-        if rate != r:
-            run.drop(name, f"its landmarks are at {rate} frames a second, the videos of the corpus at {r}")
-    return usual
+    sizes = Counter(square_size(tuple(m["size"]), Fraction(m["pixel"])) for m in filmed)
+    size = sizes.most_common(1)[0][0] if sizes else run.recipe.size or (0, 0)
+    rate = Counter([Fraction(m["rate"]) for m in filmed] or rates.values()).most_common(1)[0][0]
+    for name, other in rates.items():
+        if other != rate:
+            run.drop(name, f"its landmarks are at {other} frames a second, the videos of the corpus at {rate}")
+    return size, rate
+
+
+def _evened(run: Preparation, made: Results, size: tuple[int, int], rate: Fraction) -> Results:
+    """What is known of the recordings after their videos were brought to one size and rate."""
+    tasks = {s.id: {"video": s.video, **{k: m[k] for k in ("size", "pixel", "plain", "starts")}, "target": list(size),
+                    "rate": str(rate)} for s in run.alive() if "pixel" in (m := made[s.id])}
+    seen = run.take(run.shop.run("video", evened, tasks, MEDIA)) if tasks else {}
+    for name, result in seen.items():
+        run.outcomes[name].notes += told(made[name], result)
+        if result["gaps"]:
+            run.outcomes[name].repair(f"no pictures were recorded in {result['gaps']} frames")
+    return {n: {**m, "source": m} | seen.get(n, {"video": None}) for n, m in made.items()}
 
 
 def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[str, np.ndarray]:
@@ -145,20 +156,29 @@ def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[st
     Where there is no video, that is what the landmarks tell alone.
     """
     dimensions = run.recipe.info.dimensions
-    tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["frames"],
-                    "size": list(size), "dimensions": dimensions} for s in run.alive()}
+    stages = run.shop.out / FOLDER
+    tasks = {s.id: {"landmarks": s.landmarks, "scale": run.recipe.scale, "frames": made[s.id]["source"]["frames"],
+                    "size": made[s.id]["source"]["size"] if made[s.id]["video"] else list(size),
+                    "dimensions": dimensions,
+                    **({"shown": stages / "video" / f"{s.id}.npz", "place": made[s.id]["place"]}
+                       if made[s.id]["video"] else {})} for s in run.alive()}
     if run.recipe.rows is not None:
         tasks = {i: {**task, "rows": run.recipe.rows} for i, task in tasks.items()}
-    counted = run.take(run.shop.run("landmarks", read_raw, tasks))
+    counted = run.take(run.shop.run("landmarks", read_raw, tasks, MEDIA))
     usual = Counter(c["points"] for c in counted.values()).most_common(1)
     for name, c in counted.items():
+        if c["rows"] != tasks[name]["frames"]:
+            run.outcomes[name].notes.append(f"has {c['rows']} rows of landmarks for {tasks[name]['frames']} frames")
+        if c["faces"] > 1:
+            run.outcomes[name].notes.append(f"{c['faces']} faces were tracked; the largest is taken")
         if c["points"] != usual[0][0]:
             run.drop(name, f"has {c['points']} landmarks a frame, most of the corpus has {usual[0][0]}")
     if usual:
         _check_groups(run.recipe.info.landmark_groups, usual[0][0])
     names = [s.id for s in run.alive()]
     limits = run.recipe.limits
-    clips = {n: run.shop.arrays("media", n)["thumbnails"] for n in names if made[n]["video"]}
+    clips = {n: run.shop.arrays("media", n)["thumbnails"][run.shop.arrays("video", n)["index"]]
+             for n in names if made[n]["video"]}
     marks = {n: run.shop.arrays("landmarks", n) for n in names}
     if not names:
         _nothing_left(run)
@@ -234,7 +254,8 @@ def _late(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) -> dic
 
 def _sounds(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
     """Return what is known of the recordings with the path of the sound that is in step with the picture."""
-    tasks = {s.id: {"sound": files.inside(run.shop.out, made[s.id]["sound"]), "late": late[s.id]}
+    tasks = {s.id: {"sound": files.inside(run.shop.out, made[s.id]["sound"]), "late": late[s.id],
+                    "seconds": float(made[s.id]["frames"] / Fraction(made[s.id]["rate"]))}
              for s in run.alive() if made[s.id]["sound"]}
     moved = run.take(run.shop.run("sound", in_step, tasks)) if tasks else {}
     return {s.id: made[s.id] | moved.get(s.id, {"audio": None}) for s in run.alive()}
@@ -274,7 +295,7 @@ def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]
                      ) -> tuple[dict[str, dict[str, Any]], dict[str, dict[str, Any]]]:
     """Return the tasks of the utterances whose alignment is given, and of those that are to be aligned.
 
-    Times that the user gave belong to the sound of the file; they move with it.
+    Times that the user gave belong to the sound of the file, from its first sample on; they move with it.
     """
     recipe, known, tasks = run.recipe, {}, {}
     for s in run.alive():
@@ -285,7 +306,7 @@ def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]
             continue
         task = {"words": words, "frames": made[s.id]["frames"], "rate": made[s.id]["rate"]}
         if s.alignment:
-            known[s.id] = {**task, "path": s.alignment, "late": late.get(s.id, 0.0)}
+            known[s.id] = {**task, "path": s.alignment, "late": late.get(s.id, 0.0) - made[s.id].get("starts", 0.0)}
         else:
             bounds = [(a - late[s.id], b - late[s.id]) for a, b in s.bounds]
             audio = files.inside(run.shop.out, made[s.id]["audio"])

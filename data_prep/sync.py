@@ -249,7 +249,7 @@ def _best(heard: np.ndarray, seen: np.ndarray) -> float:
     return best
 
 
-def in_step(name: str, out: Path, sound: Path, late: float) -> dict[str, Any]:
+def in_step(name: str, out: Path, sound: Path, late: float, seconds: float | None = None) -> dict[str, Any]:
     """Return the path of an utterance's sound in ``out/audio``, moved ``late`` seconds towards its start.
 
     Args:
@@ -257,7 +257,9 @@ def in_step(name: str, out: Path, sound: Path, late: float) -> dict[str, Any]:
         out: the prepared corpus.
         sound: the sound as the file has it.
         late: seconds by which it is late.
+        seconds: how long it is to be; as long as it is where None.
     """
     samples = read_audio(sound, SPEECH_RATE)
-    path = write_wav(out / "audio" / f"{name}.wav", laid(samples, late, len(samples)), SPEECH_RATE)
+    count = len(samples) if seconds is None else round(seconds * SPEECH_RATE)
+    path = write_wav(out / "audio" / f"{name}.wav", laid(samples, late, count), SPEECH_RATE)
     return {"audio": str(path.relative_to(out))}

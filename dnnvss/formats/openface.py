@@ -38,18 +38,21 @@ class Landmarks:
             viewer; NaN where ``valid`` is False and nothing is known.
         valid: (F,) bool, whether the points of the frame were found.
         times: (F,) float64, the time stamps in seconds, NaN for frames without one; None where the file has none.
+        faces: how many the file follows, of which this is one.
     """
 
     points: np.ndarray
     valid: np.ndarray
     times: np.ndarray | None = None
+    faces: int = 1
 
 
 def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     """The landmarks in an OpenFace CSV; frames with ``success`` 0 or a value that is no number are not valid.
 
     Columns are found by name; their order, spaces round their names and columns that are not needed do not matter.
-    Where the file follows several faces, the one with the highest summed confidence is taken. Frames are counted from
+    Where the file follows several faces, the one that is largest for longest is taken: a picture on the wall is small,
+    and a tracker may be surer of it than of somebody who speaks. Frames are counted from
     1 in the file (from 0 where it has one of that number); one that has no row is not valid. Time stamps are read where
     there is a column ``timestamp``.
 
@@ -74,7 +77,7 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     wanted = ["frame", "success", *optional, *coordinates]
     table = np.array([_row(path, number, row, names, wanted, place) for number, row in lines[1:]])
     column = {name: table[:, i] for i, name in enumerate(wanted)}
-    kept = _one_face(column)
+    kept, faces = _one_face(column, table[:, -len(coordinates):].reshape(len(table), count, dimensions))
     numbers = np.array([number for number, _ in lines[1:]])[kept]
     frame = _frames(path, column["frame"][kept], numbers, most_frames(len(numbers), count, dimensions))
     points = np.full((frame.max() + 1, count, dimensions), np.nan, np.float32)
@@ -85,7 +88,7 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     if "timestamp" in place:
         times = np.full(len(points), np.nan)
         times[frame] = column["timestamp"][kept]
-    return Landmarks(points, valid & np.isfinite(points).all(axis=(1, 2)), times)
+    return Landmarks(points, valid & np.isfinite(points).all(axis=(1, 2)), times, faces)
 
 
 def _lines(path: Path) -> list[tuple[int, list[str]]]:
@@ -125,14 +128,22 @@ def _value(path: Path, number: int, name: str, text: str) -> float:
                           remedy=_CSV) from error
 
 
-def _one_face(column: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which rows (N,) follow the face with the highest summed confidence."""
-    if "face_id" not in column or "confidence" not in column:
-        return np.ones(len(column["frame"]), bool)
-    sure = np.nan_to_num(column["confidence"])
-    faces = np.unique(column["face_id"])
-    best = max(faces, key=lambda face: sure[column["face_id"] == face].sum())
-    return np.asarray(column["face_id"] == best)
+def _one_face(column: Mapping[str, np.ndarray], points: np.ndarray) -> tuple[np.ndarray, int]:
+    """Which rows (N,) follow the face that is largest for longest, and how many faces are followed.
+
+    Args:
+        column: values (N,) by name.
+        points: (N, P, 2 or 3) of the rows.
+    """
+    if "face_id" not in column:
+        return np.ones(len(points), bool), 1
+    found = (column["success"] > 0) & np.isfinite(points).all(axis=(1, 2))
+    high = np.where(found, np.ptp(np.nan_to_num(points[..., 1]), axis=1), 0.0)
+    sure = np.nan_to_num(column["confidence"]) if "confidence" in column else np.zeros(len(points))
+    numbers = np.unique(column["face_id"])
+    rows = {face: column["face_id"] == face for face in numbers}
+    best = max(numbers, key=lambda face: (high[rows[face]].sum(), sure[rows[face]].sum()))
+    return np.asarray(rows[best]), int(sum(found[r].any() for r in rows.values()))
 
 
 def _frames(path: Path, counted: np.ndarray, numbers: np.ndarray, most: int) -> np.ndarray:

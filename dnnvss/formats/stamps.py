@@ -8,11 +8,8 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.openface import Landmarks
 from dnnvss.timing import FrameClock
+from dnnvss.timing.rates import USUAL_RATES
 
-_USUAL = tuple(FrameClock(rate) for rate in (
-    "10", "12", "12.5", "15", "20", "23.976", "24", "25", "29.97", "30", "48", "50", "59.94", "60", "90", "100",
-    "119.88", "120", "200", "240"))
-"""Rates that cameras have."""
 _ROUNDED = 2e-3
 """Seconds by which the first and the last time stamp together may be rounded."""
 _LATE = 1.5
@@ -44,7 +41,7 @@ def common_rate(spans: Collection[tuple[int, float]]) -> FrameClock | None:
         return None
     seconds = sum(s for _, s in spans)
     rate = sum(f for f, _ in spans) / seconds
-    near = min(_USUAL, key=lambda clock: abs(float(clock.rate) - rate))
+    near = min(USUAL_RATES, key=lambda clock: abs(float(clock.rate) - rate))
     off = abs(float(near.rate) / rate - 1)
     return near if off <= _ROUNDED * len(spans) / seconds else FrameClock(round(rate, 3))
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from dnnvss.errors import DnnvssError
 
-VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v")
+VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v", ".wmv", ".mts", ".m2ts", ".ts", ".3gp",
+          ".flv", ".mxf", ".vob", ".dv", ".ogv")
 """Kinds of video; where a name has several, the first."""
 
 

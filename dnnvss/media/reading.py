@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -11,6 +12,9 @@ import scipy.io.wavfile
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.media.containers import opened
+from dnnvss.media.decoding import Look, decoded, look_of, main_stream
+from dnnvss.media.hearing import mono
 
 SPEECH_RATE = 16000
 """Samples a second at which speech is analysed: prepared corpora, alignment, acoustics."""
@@ -18,39 +22,33 @@ SPEECH_RATE = 16000
 SOUND_RATE = 48000
 """Samples a second of the sound of videos that are written."""
 
-_REMEDY = "Convert the file to MP4 (H.264, AAC) and check that it plays"
-
-
-_CONTAINERS = (
-    "3g2", "3gp", "aac", "ac3", "aiff", "amr", "ape", "apng", "asf", "au", "avi", "caf", "dv", "eac3",
-    "flac", "flv", "gif", "h264", "hevc", "ivf", "m4a", "m4v", "matroska", "mj2", "mjpeg", "mov", "mp3",
-    "mp4", "mpc", "mpc8", "mpeg", "mpegts", "mpegvideo", "mxf", "nistsphere", "nut", "obu", "ogg", "rm",
-    "sox", "tak", "tta", "voc", "w64", "wav", "webm", "wtv", "wv", "yuv4mpegpipe")
-"""What is read: files that hold their own pictures and sound. Playlists (HLS, DASH, concat, SDP) name other files and
-addresses, and come in files of any name."""
-
-
-def opened(path: str | Path) -> av.container.InputContainer:
-    """A recording, opened; it reads nothing but its own file.
-
-    Raises:
-        FFmpegError: it is no recording, or a list of other files.
-    """
-    only = {"format_whitelist": ",".join(_CONTAINERS), "protocol_whitelist": "file"}
-    return av.open(str(path), container_options=only)
+_REMEDY = ("Check that it plays, then store it anew, frame for frame: "
+           "ffmpeg -i FILE -fps_mode passthrough -c:v libx264 -crf 12 -c:a aac OUT.mp4")
 
 
 @dataclass(frozen=True)
 class VideoInfo:
-    """Width and height in pixels, frame rate, and whether there is sound."""
+    """What is known of a video before it is read.
+
+    Args:
+        size: width and height of the upright picture in pixels.
+        rate: frames a second, as the file says.
+        has_audio: whether there is sound.
+        pixel: width of a pixel of the upright picture over its height.
+        plain: the pictures are stored as they are shown: upright, of whole frames, their pixels square.
+        told: frame rates that the file tells of its clock, the likeliest first; ``rate`` is an average.
+    """
 
     size: tuple[int, int]
     rate: Fraction
     has_audio: bool
+    pixel: Fraction = Fraction(1)
+    plain: bool = True
+    told: tuple[Fraction, ...] = ()
 
 
 def video_info(path: str | Path) -> VideoInfo:
-    """Return what a video file's header says.
+    """What a video file's header and its first picture say.
 
     Raises:
         DnnvssError: the file is missing, unreadable or has no picture.
@@ -58,19 +56,23 @@ def video_info(path: str | Path) -> VideoInfo:
 
     def probe(p: Path) -> VideoInfo:
         with opened(p) as container:
-            if not container.streams.video:
-                raise DnnvssError("has no video stream", file=p, remedy=_REMEDY)
-            stream = container.streams.video[0]
+            stream = _pictured(container, p)
             rate = stream.average_rate or stream.guessed_rate or stream.base_rate
             if not rate or not stream.width:
                 raise DnnvssError("does not say its frame rate or size", file=p, remedy=_REMEDY)
-            return VideoInfo((stream.width, stream.height), Fraction(rate), bool(container.streams.audio))
+            frame = next(container.decode(stream), None)
+            look = look_of(frame, stream) if frame is not None else Look()
+            told = tuple(Fraction(r) for r in (stream.guessed_rate, stream.base_rate) if r)
+            plain = not look.turned and not look.interlaced and look.pixel == 1
+            return VideoInfo(look.shown_size(stream.width, stream.height), Fraction(rate),
+                             bool(container.streams.audio), look.upright_pixel, plain, told)
 
-    return files.read(path, probe, _REMEDY)
+    found: VideoInfo = files.read(path, probe, _REMEDY)
+    return found
 
 
 def read_video(path: str | Path) -> np.ndarray:
-    """Return all frames of a video, uint8 RGB, shape (F, H, W_, 3).
+    """All frames of a video, upright, uint8 RGB, shape (F, H, W_, 3).
 
     Raises:
         DnnvssError: the file is missing, unreadable or holds no frame.
@@ -78,10 +80,8 @@ def read_video(path: str | Path) -> np.ndarray:
 
     def decode(p: Path) -> np.ndarray:
         with opened(p) as container:
-            if not container.streams.video:
-                raise DnnvssError("has no video stream", file=p, remedy=_REMEDY)
-            container.streams.video[0].thread_type = "AUTO"
-            frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+            _pictured(container, p)
+            frames = [look.upright(frame.to_ndarray(format="rgb24")) for _, frame, look in decoded(container)]
         if not frames:
             raise DnnvssError("holds no frame", file=p, remedy=_REMEDY)
         return np.stack(frames)
@@ -90,53 +90,71 @@ def read_video(path: str | Path) -> np.ndarray:
 
 
 def video_frames(path: str | Path, size: tuple[int, int] | None = None, grey: bool = False) -> Iterator[np.ndarray]:
-    """Yield the frames of a video one after the other, uint8 RGB (H, W_, 3) or, where ``grey``, luminance (H, W_).
+    """Yield the frames of a video one after the other, upright, uint8 RGB (H, W_, 3) or, where ``grey``, luminance.
 
     Args:
         path: the file; long videos are never held as a whole.
         size: width and height to which frames are scaled; as they are where None.
-        grey: yield luminance.
+        grey: yield luminance (H, W_).
 
     Raises:
         DnnvssError: the file is missing, unreadable, breaks off or holds no frame.
     """
+    return (image for _, image in timed_frames(path, size, grey))
+
+
+def timed_frames(path: str | Path, size: tuple[int, int] | None = None,
+                 grey: bool = False) -> Iterator[tuple[float | None, np.ndarray]]:
+    """Yield time stamp in seconds, None where the file has none, and picture of each frame as :func:`video_frames`."""
     container = files.read(path, opened, _REMEDY)
-    width, height = size or (None, None)
+    form = "gray" if grey else "rgb24"
     with container:
-        if not container.streams.video:
-            raise DnnvssError("has no video stream", file=path, remedy=_REMEDY)
-        container.streams.video[0].thread_type = "AUTO"
+        _pictured(container, Path(path))
         count = 0
         try:
-            for frame in container.decode(video=0):
+            for time, frame, look in decoded(container):
                 count += 1
-                yield frame.to_ndarray(format="gray" if grey else "rgb24", width=width, height=height)
+                width, height = look.shown_size(*size) if size else (None, None)
+                yield time, look.upright(frame.to_ndarray(format=form, width=width, height=height))
         except av.FFmpegError as error:
             raise DnnvssError(f"breaks off after {count} frames ({error})", file=path, remedy=_REMEDY) from error
         if not count:
             raise DnnvssError("holds no frame", file=path, remedy=_REMEDY)
 
 
+def _pictured(container: av.container.InputContainer, path: Path) -> Any:
+    """The stream of pictures."""
+    if not container.streams.video:
+        raise DnnvssError("has no video stream", file=path, remedy="Give a recording with pictures")
+    return main_stream(container)
+
+
 def read_audio(path: str | Path, rate: int = SPEECH_RATE) -> np.ndarray:
-    """Return the sound of a wav or video file, mono float32 (samples,) in [-1, 1] at ``rate`` samples a second.
+    """The sound of a wav or video file, mono float32 (samples,) in [-1, 1] at ``rate`` samples a second.
+
+    Which track and channels are heard, and what stands in gaps, :func:`dnnvss.media.hearing.mono` says.
 
     Raises:
         DnnvssError: the file is missing, unreadable or has no sound.
     """
+    return timed_audio(path, rate)[0]
 
-    def decode(p: Path) -> np.ndarray:
+
+def timed_audio(path: str | Path, rate: int = SPEECH_RATE) -> tuple[np.ndarray, float]:
+    """The sound as :func:`read_audio` gives it, and the time stamp of its first sample in seconds."""
+
+    def decode(p: Path) -> tuple[np.ndarray, float]:
         with opened(p) as container:
             if not container.streams.audio:
                 raise DnnvssError("has no sound", file=p, remedy="Give a recording with an audio stream")
-            resampler = av.AudioResampler(format="flt", layout="mono", rate=rate)
-            blocks = [b for frame in container.decode(audio=0) for b in resampler.resample(frame)]
-            blocks += resampler.resample(None)
-        chunks = [b.to_ndarray().reshape(-1) for b in blocks]
-        if not chunks or not sum(map(len, chunks)):
+            tracks = len(container.streams.audio)
+        sound, start = mono(p, tracks, rate)
+        if not len(sound):
             raise DnnvssError("its sound is empty", file=p, remedy="Give a recording with an audio stream")
-        return np.concatenate(chunks)
+        return sound, start
 
-    return files.read(path, decode, _REMEDY)
+    found: tuple[np.ndarray, float] = files.read(path, decode, _REMEDY)
+    return found
 
 
 def write_wav(path: str | Path, samples: np.ndarray, rate: int) -> Path:

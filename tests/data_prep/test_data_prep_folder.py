@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from films import talker_folder
 
-from data_prep.demo import prepare_demo
 from data_prep.folder import _landmarks, _marks, prepare_folder
 from data_prep.landmarks import read_raw
 from data_prep.recipe import Source, own_lexicon
@@ -21,24 +21,14 @@ from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face.landmarker import ROWS, find_task, mesh_groups
-from dnnvss.formats import read_npz, write_alignment, write_openface, write_pts
+from dnnvss.formats import read_npz, write_openface, write_pts
 from dnnvss.media import read_audio, read_video, write_video
 
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Five recordings of the built-in talker as a user has them: video with sound, words, landmarks, phone times."""
-    home = tmp_path_factory.mktemp("folder")
-    corpus = prepare_demo(home / "demo", sentences=5, size=80, jobs=1)
-    raw = home / "raw"
-    for u in corpus.utterances.values():
-        sound = read_audio(corpus.path(u, "audio"))
-        write_video(raw / f"{u.id}.mp4", read_video(corpus.path(u, "video")), u.rate, sound, 16000)
-        files.write_text(raw / f"{u.id}.txt", u.text)
-        shutil.copyfile(corpus.path(u, "landmarks"), raw / f"{u.id}.npz")
-        write_alignment(raw / f"{u.id}.TextGrid", u.alignment)
-    files.write_json(raw / "landmarks.json", {"groups": corpus.info.landmark_groups})
-    return raw
+    return talker_folder(tmp_path_factory.mktemp("folder"), 5, 80)
 
 
 @pytest.fixture
@@ -197,7 +187,7 @@ def silence_video(raw: Path) -> None:
 
 def shorten_landmarks(raw: Path) -> None:
     arrays = read_arrays(raw / "demo_001.npz")
-    files.write_arrays(raw / "demo_001.npz", **{k: v[:-1] for k, v in arrays.items()})
+    files.write_arrays(raw / "demo_001.npz", **{k: v[:-5] for k, v in arrays.items()})
 
 
 def spoil_landmarks(raw: Path) -> None:

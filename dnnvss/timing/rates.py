@@ -1,0 +1,76 @@
+"""The frame rates that cameras have, and which of them time stamps tell."""
+
+from collections.abc import Collection, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from dnnvss.timing.clock import FrameClock
+
+USUAL_RATES = tuple(FrameClock(rate) for rate in (
+    "10", "12", "12.5", "15", "20", "23.976", "24", "25", "29.97", "30", "48", "50", "59.94", "60", "90", "100",
+    "119.88", "120", "200", "240"))
+"""Rates that cameras have."""
+
+LATE, DRIFT = 1.5, 0.6
+"""Frames by which a time stamp, and the last one, may differ from those of a constant rate."""
+
+_SAME, _NEAR = 5e-5, 0.01  # shares by which a rate may differ from a usual one: written otherwise, jittered
+
+
+def is_steady(times: np.ndarray, rate: Fraction) -> bool:
+    """Whether frames at times (F,) in seconds are those of a constant rate; clocks of ticks and jitter count as such."""
+    late = (times - times[0]) * float(rate) - np.arange(len(times))
+    return bool(np.abs(late).max() <= LATE and abs(late[-1]) <= DRIFT)
+
+
+def rate_of(times: np.ndarray, told: Collection[Fraction] = ()) -> Fraction:
+    """The frame rate of frames at times (F,) in seconds that rise.
+
+    A constant rate is one that the file tells or that cameras have, where the stamps keep to it: the average of stamps
+    that are rounded to ticks differs from clip to clip. Of frames at a variable rate it is the usual rate nearest to
+    the middle of their spacings.
+
+    Args:
+        times: of the frames.
+        told: rates that the file tells, the likeliest first.
+    """
+    usual = [clock.rate for clock in USUAL_RATES]
+    if len(times) < 2:
+        return next(iter(told), Fraction(25))
+    average = (len(times) - 1) / (times[-1] - times[0])
+    near = sorted((r for r in usual if abs(float(r) / average - 1) < _NEAR), key=lambda r: abs(float(r) - average))
+    same = [r for t in told for r in usual if abs(float(t / r) - 1) < _SAME]
+    plain = Fraction(average).limit_denominator(1001)
+    steady = next((r for r in (*same, *near, *told, plain) if is_steady(times, r)), None)
+    middle = 1 / float(np.median(np.diff(times)))
+    return steady or min(usual, key=lambda r: abs(np.log(float(r) / middle)))
+
+
+def even_frames(times: np.ndarray, rate: Fraction) -> tuple[np.ndarray, np.ndarray]:
+    """Which frame is shown at each tick of a constant rate, and whether it was taken then.
+
+    Frames that keep to the rate are taken one by one; else each tick shows the frame that is seen in its middle.
+
+    Args:
+        times: (F,) of the frames in seconds, rising.
+        rate: frames a second wanted.
+
+    Returns:
+        The frames (N,), and (N,) bool: False within gaps, where the nearest frame is far.
+    """
+    if is_steady(times, rate):
+        return np.arange(len(times)), np.ones(len(times), bool)
+    step = float(np.median(np.diff(times)))
+    count = max(1, int((times[-1] - times[0] + step) * float(rate) + 0.5))
+    wanted = times[0] + np.arange(count) / float(rate)
+    index = np.maximum(np.searchsorted(times, wanted + 0.5 / float(rate) - 1e-6, "right") - 1, 0)
+    return index, np.abs(times[index] - wanted) <= 1.5 * max(1 / float(rate), step)
+
+
+def rising(times: Sequence[float | None], rate: Fraction) -> np.ndarray:
+    """Time stamps (F,) in seconds from 0; those of the rate where some are absent or do not rise."""
+    known = np.array([np.nan if t is None else t for t in times], float)
+    if not np.isfinite(known).all() or (np.diff(known) <= 0).any():
+        return np.arange(len(known)) / float(rate)
+    return known - known[:1]

@@ -1,0 +1,88 @@
+"""Recordings as phones, cameras and editors write them: what players show and let hear is what is read."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from films import BACK, HALF, MIRRORED, QUARTER, film, number_of, pictures, tone
+
+from dnnvss.media import read_audio, read_video, timed_audio, video_frames, video_info
+
+
+@pytest.mark.parametrize("matrix, size, corner", [
+    (QUARTER, (48, 64), (0, 1)), (HALF, (64, 48), (1, 1)), (BACK, (48, 64), (1, 0)), (MIRRORED, (64, 48), (0, 1))])
+def test_pictures_are_turned_upright(tmp_path: Path, matrix: tuple[int, ...], size: tuple[int, int],
+                                     corner: tuple[int, int]) -> None:
+    path = film(tmp_path / "a.mp4", pictures(5), range(5), 25, matrix=matrix)
+    info, video = video_info(path), read_video(path)
+    assert info.size == size and not info.plain and video.shape == (5, size[1], size[0], 3)
+    bright = {(y, x): video[0][-4 if y else 3, -4 if x else 3].mean() for y in (0, 1) for x in (0, 1)}
+    assert max(bright, key=lambda c: bright[c]) == corner
+    small = next(video_frames(path, (size[0] // 2, size[1] // 2), grey=True))
+    assert small.shape == (size[1] // 2, size[0] // 2)
+    assert [number_of(v) for v in video] == list(range(5))
+
+
+def test_shape_of_pixels_turns_with_the_picture(tmp_path: Path) -> None:
+    lying = film(tmp_path / "a.mp4", pictures(3), range(3), 25, pixel=Fraction(4, 3))
+    standing = film(tmp_path / "b.mp4", pictures(3), range(3), 25, pixel=Fraction(4, 3), matrix=QUARTER)
+    assert video_info(lying).pixel == Fraction(4, 3) and video_info(standing).pixel == Fraction(3, 4)
+
+
+@pytest.mark.parametrize("codec, name, sound", [
+    ("mpeg4", "a.avi", "pcm_s16le"), ("mpeg2video", "a.mpg", "mp2"), ("prores_ks", "a.mov", "pcm_s16le"),
+    ("wmv2", "a.wmv", "aac"), ("mpeg4", "a.mkv", "aac")])
+def test_old_codecs_are_read_frame_by_frame(tmp_path: Path, codec: str, name: str, sound: str) -> None:
+    path = film(tmp_path / name, pictures(12), range(12), 25, codec=codec, sounds=[[(0.0, tone(0.48, 48000))]],
+                rate=48000, sound_codec=sound)
+    assert [number_of(v) for v in read_video(path)] == list(range(12))
+    assert len(read_audio(path)) == pytest.approx(0.48 * 16000, abs=1024)
+
+
+def test_interlaced_pictures_become_whole_ones_and_keep_their_numbers(tmp_path: Path) -> None:
+    path = film(tmp_path / "a.mp4", pictures(12), range(12), 25, options={"crf": "1", "x264-params": "tff=1"})
+    assert not video_info(path).plain
+    assert [number_of(v) for v in read_video(path)] == list(range(12))
+
+
+def test_sound_after_a_gap_stays_in_its_place(tmp_path: Path) -> None:
+    blocks = [(0.0, tone(0.192)), (0.704, tone(0.256))]
+    path = film(tmp_path / "a.mkv", pictures(24), range(24), 25, sounds=[blocks])
+    loud = np.flatnonzero(np.abs(read_audio(path)) > 0.1) / 16000
+    assert len(read_audio(path)) == pytest.approx(0.96 * 16000, abs=20)
+    assert ((loud < 0.2) | (loud > 0.703)).all() and (loud > 0.9).any()
+
+
+def test_where_sound_starts_late_its_time_says_so(tmp_path: Path) -> None:
+    path = film(tmp_path / "a.mkv", pictures(24), range(24), 25, sounds=[[(0.3, tone(0.6))]])
+    sound, start = timed_audio(path)
+    assert start == pytest.approx(0.3, abs=2e-3) and len(sound) == pytest.approx(0.6 * 16000, abs=20)
+
+
+def test_the_first_track_that_holds_sound_is_heard(tmp_path: Path) -> None:
+    silent, spoken = [(0.0, 0 * tone(0.4))], [(0.0, tone(0.4))]
+    path = film(tmp_path / "a.mkv", pictures(10), range(10), 25, sounds=[silent, spoken])
+    assert np.abs(read_audio(path)).max() == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize("left, right", [(1.0, -1.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -0.9)])
+def test_channels_that_cancel_or_are_silent_cost_no_level(tmp_path: Path, left: float, right: float) -> None:
+    block = np.concatenate([left * tone(0.4), right * tone(0.4)])
+    path = film(tmp_path / "a.mkv", pictures(10), range(10), 25, sounds=[[(0.0, block)]])
+    assert np.abs(read_audio(path)).max() == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize("offset", [0.02, -0.1, 0.005])
+def test_a_constant_offset_is_taken_out(tmp_path: Path, offset: float) -> None:
+    path = film(tmp_path / "a.mkv", pictures(10), range(10), 25, sounds=[[(0.0, tone(0.4) + offset)]])
+    sound = read_audio(path)
+    assert abs(sound.mean()) < 1e-3 and np.abs(sound).max() == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize("rate", [8000, 11025, 22050, 44100, 96000, 192000])
+def test_sound_of_any_rate_keeps_its_pitch(tmp_path: Path, rate: int) -> None:
+    path = film(tmp_path / "a.mkv", pictures(25), range(25), 25, sounds=[[(0.0, tone(1.0, rate, 440.0))]], rate=rate)
+    sound = read_audio(path)
+    peak = int(np.abs(np.fft.rfft(sound[:16000])).argmax())
+    assert abs(peak - 440) <= 1
