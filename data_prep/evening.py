@@ -67,7 +67,8 @@ def evened(name: str, out: Path, video: Path, size: tuple[int, int], pixel: str,
     """
     times = read_arrays(out / ".stages" / "media" / f"{name}.npz", "Delete .stages and prepare again")["times"]
     index, taken = even_frames(times, Fraction(rate))
-    place = placed(tuple(size), Fraction(pixel), tuple(target))
+    (width, height), (wide, high) = size, target  # lists, where they come from JSON
+    place = placed((width, height), Fraction(pixel), (wide, high))
     untouched = len(index) == len(times) and bool((index == np.arange(len(times))).all())
     if plain and untouched and tuple(size) == tuple(target):
         path = out / "video" / f"{name}{video.suffix.lower()}"
@@ -77,7 +78,7 @@ def evened(name: str, out: Path, video: Path, size: tuple[int, int], pixel: str,
         path = out / "video" / f"{name}.mp4"
         sound = laid(timed_audio(video, SOUND_RATE)[0], -starts, round(len(index) / Fraction(rate) * SOUND_RATE),
                      SOUND_RATE)
-        write_video(path, _shown(video_frames(video), index, place, tuple(target)), rate, sound, SOUND_RATE, QUALITY)
+        write_video(path, _shown(video_frames(video), index, place, (wide, high)), rate, sound, SOUND_RATE, QUALITY)
     files.write_arrays(out / ".stages" / "video" / f"{name}.npz", index=index, taken=taken)
     return {"video": str(path.relative_to(out)), "frames": len(index), "rate": rate, "size": list(target),
             "place": list(place), "untouched": untouched, "gaps": int((~taken).sum())}

@@ -63,7 +63,9 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
 
 
 def _unfit_id(name: str) -> str:
-    """Return why an id cannot stand on a line of a split file, nothing where it can."""
+    """Why an id cannot stand on a line of a split file; nothing where it can."""
+    if (shown := files.printable(name)) != name:
+        return f"the name {shown} is not UTF-8: rename its files"
     if name == name.strip() and len(name.splitlines()) == 1:
         return ""
     return f"the name {name!r} begins or ends with a space, or holds a line break: rename its files"

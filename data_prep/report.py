@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from dnnvss import files
 from dnnvss.formats.tables import markdown_table
@@ -53,7 +54,7 @@ def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = 
         found: what holds for the whole corpus, a sentence each.
     """
     rows = sorted(outcomes, key=lambda o: o.id)
-    files.write_text(out / "report.jsonl", "".join(files.json_text(asdict(o)) + "\n" for o in rows))
+    files.write_text(out / "report.jsonl", "".join(files.json_text(_readable(asdict(o))) + "\n" for o in rows))
     parts = ["# Report of the preparation", markdown_table(["state", "utterances"], counts(rows).items())]
     parts += ["\n".join(f"- {line}" for line in found)] if found else []
     for state in ("dropped", "repaired"):
@@ -66,6 +67,12 @@ def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = 
         told = [(o.id, _cell(o.notes)) for o in noted]
         parts += ["## Kept, with a note", markdown_table(["utterance", "note"], told)]
     return files.write_text(out / "report.md", "\n\n".join(parts) + "\n")
+
+
+def _readable(row: dict[str, Any]) -> dict[str, Any]:
+    """A row whose texts can be written, whatever the names of files in them."""
+    return {key: files.printable(v) if isinstance(v, str) else [files.printable(text) for text in v]
+            for key, v in row.items()}
 
 
 def _cell(texts: list[str]) -> str:

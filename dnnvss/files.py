@@ -160,10 +160,18 @@ def _is_of_another(error: OSError, ours: tuple[Path, ...]) -> bool:
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write ``text`` as UTF-8 and return the path."""
+    """Write ``text`` as UTF-8 and return the path; bytes of names that are not UTF-8 are escaped (``caf\\xe9``)."""
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(printable(text), encoding="utf-8")
     return Path(path)
+
+
+def printable(text: str) -> str:
+    """A text in which bytes of file names that are no UTF-8 stand as escapes, as in ``caf\\xe9``."""
+    try:
+        return text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+    except UnicodeEncodeError:  # halves of a pair of UTF-16, which no name holds
+        return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def write_json(path: str | Path, value: Any) -> Path:
@@ -173,7 +181,10 @@ def write_json(path: str | Path, value: Any) -> Path:
 
 def json_text(value: Any, **layout: Any) -> str:
     """A value as JSON that every reader takes, laid out as :func:`json.dumps` is told."""
-    return json.dumps(_finite(value), ensure_ascii=False, allow_nan=False, **layout)
+    text = json.dumps(_finite(value), ensure_ascii=False, allow_nan=False, **layout)
+    if text.isascii() or text == text.encode("utf-8", "replace").decode("utf-8"):
+        return text
+    return json.dumps(_finite(value), allow_nan=False, **layout)  # names that are not UTF-8 keep their bytes
 
 
 def _finite(value: Any) -> Any:

@@ -51,9 +51,10 @@ def film(path: Path, images: Sequence[np.ndarray], ticks: Sequence[int], base: i
         told: rate that the file tells.
     """
     with av.open(str(path), "w") as container:
-        stream: Any = container.add_stream(codec, rate=told, options=options or {"crf": "1"} if codec == "libx264" else {})
+        stream: Any = container.add_stream(codec, rate=told, options=options or {"crf": "1"}
+                                           if codec == "libx264" else {})
         stream.height, stream.width = images[0].shape[:2]
-        stream.pix_fmt = {"mpeg2video": "yuv420p", "mpeg4": "yuv420p", "prores_ks": "yuv422p10le"}.get(codec, "yuv420p")
+        stream.pix_fmt = "yuv422p10le" if codec == "prores_ks" else "yuv420p"
         stream.codec_context.time_base = stream.time_base = Fraction(1, base)
         if codec != "libx264":
             stream.codec_context.bit_rate = 4_000_000

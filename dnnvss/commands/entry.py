@@ -1,6 +1,8 @@
 """The one way into every command: ``dnnvss COMMAND``, ``python -m dnnvss COMMAND``, and the programs at the root."""
 
 import difflib
+import io
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -38,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         SystemExit: a mistake, told in one line on standard error: status 2 where the command line cannot be understood,
             1 for all else, 130 for Ctrl-C.
     """
+    _settle()
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or words[0] in ("-h", "--help", "help"):
         print(_overview())
@@ -49,6 +52,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         raise _unknown(words[0])
     status: int = import_module(f"dnnvss.commands.{words[0].replace('-', '_')}").main(words[1:])
     return status
+
+
+def _settle() -> None:
+    """Let no environment decide whether a command ends well.
+
+    Figures are only saved, so that a notebook's backend is of no use here; what a console cannot show is escaped.
+    """
+    os.environ["MPLBACKEND"] = "agg"
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _overview() -> str:

@@ -11,6 +11,7 @@ from dnnvss.commands.sweep import sweepable
 from dnnvss.commands.train_settings import COMMAND, run_settings
 from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
+from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
 from dnnvss.processes import end_with_parent
@@ -66,7 +67,8 @@ def train(config: DictConfig) -> float:
     found = evaluate_fitted(folder, material, generator)
     print(f"\n{found.text}")
     if settings.sample:
-        write_samples(Run.open(folder), corpus, material.examples["test"][0].id, found.report)
+        first = material.examples["test"][0].id
+        attempted("samples", lambda: write_samples(Run.open(folder), corpus, first, found.report))
     found.finish(folder)
     kept = ", ".join(path.name for path in (places.page, places.metrics, places.predictions, places.model))
     print(f"\nwrote {folder}: {kept}")

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.stats import norm
 
 from dnnvss import files
@@ -72,6 +71,8 @@ def calibration(
 def plot_calibration(path: str | Path, systems: dict[str, Calibration], first: int = 5) -> Path:
     """Write a plot of shares held against shares asked for, averaged over the first coefficients, and return its
     path."""
+    from matplotlib.figure import Figure  # slow to import, and not needed for the numbers
+
     figure = Figure(figsize=(4.6, 4.4), layout="constrained")
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="#98a2b3", linewidth=1, linestyle="--", label="calibrated")

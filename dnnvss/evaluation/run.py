@@ -14,6 +14,7 @@ from dnnvss.evaluation.bench import Bench, Sentence
 from dnnvss.evaluation.calibration import calibration, plot_calibration
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES
+from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.evaluation.viseme_notes import unit_notes
@@ -121,7 +122,8 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
              *_gaps(left_out or {}), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
              *lively.gaps, about, *unseen, corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
-    _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()})
+    attempted("figures of coefficients",
+              lambda: _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()}))
     numbers = {**report.to_json(), "left_out": {i: list(own) for i, own in (left_out or {}).items()},
                "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
     return Evaluation(report, numbers, "\n\n".join([title, report.table(), aligned(head, rows), *line]))
@@ -183,7 +185,8 @@ def _calibration(folder: Path, generator: Generator, test: list[Example]) -> dic
     found = calibration([x[:, 0] for x, _, _ in known], [p.mean[:, 0] for _, _, p in known],
                         [np.broadcast_to(p.variance, p.mean.shape)[:, 0] for _, _, p in known],
                         [v for _, v, _ in known])
-    plot_calibration(RunFiles(folder).figure("calibration"), {"model": found})
+    attempted("a figure of calibration",
+              lambda: plot_calibration(RunFiles(folder).figure("calibration"), {"model": found}))
     values = {"error": found.error, "spread": found.spread, "log_density": found.density}
     return {name: np.round(v, 6).tolist() for name, v in values.items()}
 

@@ -16,5 +16,5 @@ from dnnvss.media.reading import (
 from dnnvss.media.sound import Sound
 from dnnvss.media.writing import write_video
 
-__all__ = ["SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "opened", "read_audio", "read_video", "timed_audio", "timed_frames", "video_frames",
-           "video_info", "write_video", "write_wav"]
+__all__ = ["SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "opened", "read_audio", "read_video", "timed_audio",
+           "timed_frames", "video_frames", "video_info", "write_video", "write_wav"]

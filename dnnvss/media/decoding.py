@@ -14,7 +14,8 @@ class Look:
     """How the pictures of a stream are to be shown.
 
     Args:
-        matrix: of the file, row by row, as integers; ``x' = a x + c y`` and ``y' = b x + d y`` for (a, b, _, c, d, ...).
+        matrix: of the file, row by row, as integers: for (a, b, _, c, d, ...) a point goes to ``x' = a x + c y``,
+            ``y' = b x + d y``.
         pixel: width of a stored pixel over its height.
         interlaced: two half pictures, taken one after the other, make a frame.
     """

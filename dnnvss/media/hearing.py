@@ -66,8 +66,9 @@ class _Line:
 
     def __init__(self, rate: int, start: float) -> None:
         self.rate, self.start = rate, start
-        self.seconds, self.setup = 0.0, ()
-        self.parts, self.resampler = list[np.ndarray](), None
+        self.seconds, self.setup = 0.0, tuple[Any, ...]()
+        self.parts = list[np.ndarray]()
+        self.resampler: Any = None
 
     def add(self, frame: Any) -> None:
         """Lay a block behind the others, or behind a gap where its time stamp says that there is one."""

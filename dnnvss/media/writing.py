@@ -26,6 +26,7 @@ def write_video(
     audio: np.ndarray | None = None,
     audio_rate: int = SPEECH_RATE,
     quality: int = 18,
+    pixel: Fraction = Fraction(1),
 ) -> Path:
     """Write frames, with sound where given, as MP4 and return the path.
 
@@ -40,6 +41,7 @@ def write_video(
         audio: mono samples (n,) in [-1, 1], or None for a silent file.
         audio_rate: samples a second.
         quality: constant rate factor of x264; smaller is better and larger.
+        pixel: width of a pixel over its height.
 
     Raises:
         DnnvssError: no frame, frames of different sizes, or a disk that cannot take the file.
@@ -53,7 +55,7 @@ def write_video(
     with files.replacing(path) as temporary:
         container = av.open(str(temporary), "w", format="mp4", options={"movflags": "faststart"})
         try:
-            picture = _video_stream(container, first.shape, clock.rate, quality)
+            picture = _video_stream(container, first.shape, clock.rate, quality, pixel)
             sound = _Sound(container, audio, audio_rate) if audio is not None and len(audio) else None
             _write(container, picture, sound, _same_size(path, first, source), clock)
             container.close()
@@ -86,12 +88,13 @@ def _abandon(container: Any) -> None:
         return
 
 
-def _video_stream(container: Any, shape: tuple[int, ...], rate: Fraction, quality: int) -> Any:
+def _video_stream(container: Any, shape: tuple[int, ...], rate: Fraction, quality: int, pixel: Fraction) -> Any:
     height, width = shape[:2]
     stream = container.add_stream("libx264", rate=rate, options={"crf": str(quality), "x264-params": _BT601})
     stream.width, stream.height, stream.pix_fmt = width + width % 2, height + height % 2, "yuv420p"
     stream.codec_context.time_base = 1 / rate
     stream.time_base = 1 / rate
+    stream.codec_context.sample_aspect_ratio = pixel
     return stream
 
 

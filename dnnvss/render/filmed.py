@@ -27,6 +27,7 @@ class Filmed:
         valid: (F,) bool, frames whose landmarks were found.
         rate: frames a second.
         source: where it comes from, for messages.
+        pixel: width of a pixel over its height.
     """
 
     images: np.ndarray
@@ -34,6 +35,7 @@ class Filmed:
     valid: np.ndarray
     rate: Fraction
     source: str
+    pixel: Fraction = Fraction(1)
 
 
 def encode_footage(face: Face, filmed: Filmed, where: dict[str, Any]) -> Footage:
@@ -54,7 +56,7 @@ def encode_footage(face: Face, filmed: Filmed, where: dict[str, Any]) -> Footage
         code = encode_clip(model, filmed.images, filmed.points, filmed.valid, float(filmed.rate), filmed.source)
     except UnusableClipError as error:
         raise DnnvssError(error.problem, **where, remedy="Choose other footage, or track the video again") from error
-    return Footage(filmed.images, code, filmed.rate, filmed.source)
+    return Footage(filmed.images, code, filmed.rate, filmed.source, filmed.pixel)
 
 
 def _check(face: ActiveAppearanceModel, filmed: Filmed, where: dict[str, Any]) -> None:

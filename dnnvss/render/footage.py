@@ -1,7 +1,7 @@
 """The face put back into a video of the talker: new speech in old footage, in place and pose."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -30,12 +30,14 @@ class Footage:
         code: parameters, pose and offsets of its frames.
         rate: frames a second.
         source: where it comes from, for messages.
+        pixel: width of a pixel over its height.
     """
 
     images: np.ndarray
     code: ClipCode
     rate: Fraction
     source: str = ""
+    pixel: Fraction = Fraction(1)
 
     def __len__(self) -> int:
         """The number of frames F."""
@@ -56,7 +58,7 @@ class Footage:
         start, stop = int(starts[longest]), int(stops[longest])
         code, part = self.code, slice(start, stop)
         cut = ClipCode(code.parameters[part], code.pose[part], code.shape_offset, code.texture_offset, code.valid[part])
-        return Footage(self.images[part], cut, self.rate, self.source), start
+        return replace(self, images=self.images[part], code=cut), start
 
 
 def walk(pose: np.ndarray, count: int, fill: str) -> np.ndarray:

@@ -192,10 +192,12 @@ def plot_grid(path: str | Path, grids: Mapping[str, np.ndarray], rows: tuple[str
 
 
 def new_figure(width: float, height: float) -> Any:
-    """An empty figure of some inches."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # slow to import, and rarely needed
+    """An empty figure of some inches, in which every sign of a text means itself (``$`` begins no formula)."""
+    import matplotlib as mpl  # slow to import, and rarely needed
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    mpl.rcParams.update({"text.parse_math": False, "text.usetex": False})
     figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
     return figure

@@ -1,16 +1,20 @@
 """Reads what a face is drawn into: an utterance of the run's corpus, or a video with its landmarks beside it."""
 
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_marks, read_npz
-from dnnvss.media import read_video, video_info
+from dnnvss.media import read_video, timed_frames, video_info
 from dnnvss.render import Footage
 from dnnvss.render.filmed import Filmed, encode_footage
 from dnnvss.render.footage import talker_model
 from dnnvss.runs.run import Run
+from dnnvss.timing.rates import even_frames, rate_of, rising
 
 _LANDMARKS = ("Save points (frames, points, 2) there, in pixels, of the same kind as the corpus's; where those come "
               "from `dnnvss track LABELS VIDEOS`, that command writes it")
@@ -41,9 +45,15 @@ def read_footage(run: Run, into: str) -> Footage:
         marks: Path | None = beside
         described = path.parent / "landmarks.json"
         scale = read_marks(described)[1] if described.is_file() else 1.0
-        landmarks, rate = read_npz(beside, scale), video_info(path).rate
-        images, points, valid = read_video(path), landmarks.points.astype(float), landmarks.valid
+        landmarks, info = read_npz(beside, scale), video_info(path)
+        frames = list(timed_frames(path))
+        points, valid, pixel = landmarks.points.astype(float), landmarks.valid, info.pixel
         source: str | Path = path
+        _check_count(len(frames), len(points), path)
+        times = rising([time for time, _ in frames], info.told[0] if info.told else info.rate)
+        rate = rate_of(times, info.told)
+        index, taken = even_frames(times, rate)
+        images, points, valid = np.stack([frames[k][1] for k in index]), points[index], valid[index] & taken
     else:
         corpus = Corpus.open(run.settings.corpus_folder)
         if into not in corpus.utterances:
@@ -52,8 +62,13 @@ def read_footage(run: Run, into: str) -> Footage:
         utterance = corpus.utterances[into]
         points, valid = corpus.landmarks(utterance)
         images, rate, source, marks = read_video(corpus.path(utterance, "video")), utterance.rate, into, None
-    if len(points) != len(images):
-        raise DnnvssError(f"has {len(images)} pictures and {len(points)} frames of landmarks", file=source,
-                          remedy="Track the video again")
+        pixel = Fraction(1)
+        _check_count(len(images), len(points), source)
     where: dict[str, Any] = {"utterance": into} if marks is None else {"file": marks}
-    return encode_footage(run.face, Filmed(images, points, valid, rate, str(source)), where)
+    return encode_footage(run.face, Filmed(images, points, valid, rate, str(source), pixel), where)
+
+
+def _check_count(pictures: int, rows: int, source: str | Path) -> None:
+    if pictures != rows:
+        raise DnnvssError(f"has {pictures} pictures and {rows} frames of landmarks", file=source,
+                          remedy="Track the video again")

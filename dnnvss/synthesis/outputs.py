@@ -12,7 +12,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.kinds import face_kind
 from dnnvss.formats import write_alignment
-from dnnvss.media import write_video, write_wav
+from dnnvss.media import SPEECH_RATE, write_video, write_wav
 from dnnvss.synthesis.speak import Spoken
 
 SOUND = ".wav"
@@ -45,7 +45,6 @@ def write_spoken(spoken: Spoken, out: Path, about: Mapping[str, Any] = MappingPr
     """
     trajectory, textgrid, plot, page = beside(out)
     sound, times, wav = spoken.plan.sound, spoken.plan.alignment, out.with_suffix(SOUND)
-    heard = (sound.samples, sound.rate) if sound else ()
     steps: dict[Path, Callable[[], Any]] = {
         trajectory: lambda: write_trajectory(trajectory, spoken), textgrid: lambda: write_alignment(textgrid, times),
         page: lambda: files.write_json(page, json.loads(json.dumps(report(spoken, **about), default=str)))}
@@ -53,7 +52,8 @@ def write_spoken(spoken: Spoken, out: Path, about: Mapping[str, Any] = MappingPr
         steps[wav] = lambda: write_wav(wav, sound.samples, sound.rate)
     steps[plot] = lambda: draw(plot, spoken)  # last: it loads matplotlib
     with files.together(page) as group:
-        write_video(out, progress(spoken.frames()), spoken.stage.clock.rate, *heard)
+        write_video(out, progress(spoken.frames()), spoken.stage.clock.rate, sound.samples if sound else None,
+                    sound.rate if sound else SPEECH_RATE, pixel=spoken.stage.pixel)
         failed = {path: error for path, step in steps.items() if (error := _tried(path, step))}
         for path in failed:
             group.leave_out(path)

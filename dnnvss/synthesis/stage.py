@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ class Stage:
         views: what is shown, from left to right.
         notes: what the report of a synthesis says about it.
         remarks: what the user is told about it.
+        pixel: width of a pixel of the pictures over its height.
     """
 
     run: Run
@@ -33,6 +35,7 @@ class Stage:
     views: tuple[str, ...] = ("face",)
     notes: dict[str, Any] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    pixel: Fraction = Fraction(1)
 
     def __post_init__(self) -> None:
         if unknown := [view for view in self.views if view not in self.pictures.views]:
@@ -80,4 +83,4 @@ def _in_footage(run: Run, scene: Scene, whole: Footage, seconds: float) -> Stage
         remarks.append(f"footage: {len(footage) / float(own.rate):.1f} s for {seconds:.1f} s of speech: "
                        f"{'played back and forth' if scene.fill == 'pingpong' else 'its last frame is held'}")
     pictures = revoicer(run.face, footage, shown, scene.scale)
-    return Stage(run, pictures, clock, scene.views, notes, tuple(remarks))
+    return Stage(run, pictures, clock, scene.views, notes, tuple(remarks), footage.pixel)

@@ -14,8 +14,10 @@ _ROWS = 5
 
 def trajectory_figure(example: Example, predict: Callable[[Example], Prediction]) -> "Figure":
     """Measured and predicted static coefficients of an utterance."""
+    import matplotlib as mpl
     from matplotlib.figure import Figure
 
+    mpl.rcParams["text.parse_math"] = False  # an id may hold $
     targets, _ = example.measured
     predicted = predict(example).mean[:, 0]
     rows = min(_ROWS, predicted.shape[1])

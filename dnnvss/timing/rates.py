@@ -19,7 +19,7 @@ _SAME, _NEAR = 5e-5, 0.01  # shares by which a rate may differ from a usual one:
 
 
 def is_steady(times: np.ndarray, rate: Fraction) -> bool:
-    """Whether frames at times (F,) in seconds are those of a constant rate; clocks of ticks and jitter count as such."""
+    """Whether frames at times (F,) in seconds keep to a constant rate; clocks of ticks and jitter count as such."""
     late = (times - times[0]) * float(rate) - np.arange(len(times))
     return bool(np.abs(late).max() <= LATE and abs(late[-1]) <= DRIFT)
 

@@ -92,7 +92,12 @@ class Figures(Callback):
         """Draw it, if it is time."""
         if trainer.is_global_zero and trainer.logger is not None and trainer.current_epoch % self.every == 0:
             experiment: Any = trainer.logger.experiment  # type: ignore[attr-defined]
-            experiment.add_figure(self.name, self.draw(), trainer.current_epoch)  # which closes it
+            try:
+                figure = self.draw()
+            except Exception as error:  # of a library that draws: a fit is worth more
+                print(f"no figure {self.name}: {type(error).__name__}: {error}")
+                return
+            experiment.add_figure(self.name, figure, trainer.current_epoch)  # which closes it
 
 
 class Bar(TQDMProgressBar):

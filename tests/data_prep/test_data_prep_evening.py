@@ -38,7 +38,7 @@ def remade(raw: Path, name: str, suffix: str = ".mp4", images: np.ndarray | None
     sound = read_audio(old, SOUND_RATE)
     old.unlink()
     kept = read_arrays(raw / f"{name}.npz")
-    points = (kept["points"] + 0.5) * np.float32(scale) - 0.5
+    points = (kept["points"] + 0.5) * np.array(scale, np.float32) - 0.5
     write_npz(raw / f"{name}.npz", Landmarks(np.repeat(points, often, 0), np.repeat(kept["valid"], often, 0)))
     ticks = range(len(shown)) if ticks is None else ticks
     return film(raw / f"{name}{suffix}", list(shown), ticks, base, sounds=[[(0.0, sound[None])]],  # type: ignore[arg-type]
