@@ -78,4 +78,5 @@ def _copied(run: Run) -> list[Path]:
     """What a bundle takes from its run as it is; a face without texture is drawn into nothing."""
     picture = [run.files.picture] if run.files.picture.is_file() else []
     units = [run.files.units] if "visemes" in run.task.table.sources else []
-    return [*run.files.needed, *picture, *units]
+    heard = [run.files.heard] if run.files.heard.is_file() else []
+    return [*run.files.needed, *picture, *units, *heard]

@@ -95,6 +95,11 @@ class RunFiles:
         return self.folder / "voice.json"
 
     @property
+    def heard(self) -> Path:
+        """What its training sounds were like, where the labels read the sound."""
+        return self.folder / "heard.npz"
+
+    @property
     def metrics(self) -> Path:
         """The numbers of the evaluation; written last, so that a run that has them is finished."""
         return self.folder / "metrics.json"
@@ -159,7 +164,7 @@ class RunFiles:
     @property
     def members(self) -> tuple[Path, ...]:
         """What synthesis may read, beside the model: the files that a bundle takes from its run."""
-        return *self.needed, self.picture, self.units
+        return *self.needed, self.picture, self.units, self.heard
 
     @property
     def finished(self) -> bool:

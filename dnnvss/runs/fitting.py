@@ -14,6 +14,7 @@ from dnnvss.processes import parallel
 from dnnvss.render.pictures import keep_ground
 from dnnvss.runs.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.heard import Heard
 from dnnvss.runs.naming import check_begun, delete_run
 from dnnvss.runs.run import Run, make_model, provenance
 from dnnvss.runs.settings import RunSettings
@@ -135,6 +136,8 @@ def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
     if material.units:
         material.units.model.save(places.units)
     _keep_talker(material, places)
+    if heard := Heard.of((e.codes for e in examples["train"]), settings.task.clock):
+        heard.save(places.heard)
     talker = learn_talker(settings.task, model, examples, material.encoded.face)
     talker.save(places.talker)
     return Generator(settings.task, model, talker)

@@ -15,6 +15,7 @@ from dnnvss.media import Sound
 from dnnvss.render.pictures import Pictures, open_pictures
 from dnnvss.runs.bundle import BundleIndex, is_bundle
 from dnnvss.runs.files import Provenance, RunFiles
+from dnnvss.runs.heard import Heard
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
@@ -98,6 +99,11 @@ class Run:
     def voice(self) -> Voice:
         """What the talker said, and how."""
         return Voice.load(self.files.voice)
+
+    @cached_property
+    def heard(self) -> Heard | None:
+        """What the run has heard, None where its labels do not read the sound."""
+        return Heard.load(self.files.heard) if "sound" in self.task.table.needs else None
 
     @cached_property
     def units(self) -> UnitModel | None:

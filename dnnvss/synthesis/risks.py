@@ -4,6 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from dnnvss.phones import SILENCES
 from dnnvss.phones.contexts import triphones
 from dnnvss.speech.align import DOUBTFUL
@@ -12,7 +14,8 @@ from dnnvss.timing import Alignment, FrameClock
 Risk = Mapping[str, Any]
 """Plain values with a ``kind``: ``unseen phone`` (with ``phone`` and ``stands_in``), ``unseen triphone`` (with
 ``triphone``), ``weak alignment`` (with ``word`` and its ``score`` a frame), ``unknown word`` (with ``word`` and the
-``phones`` that a network guessed)."""
+``phones`` that a network guessed), ``unheard sound`` (with its ``distance``, over what is usual in the recordings that
+the run has heard)."""
 
 
 class Span(NamedTuple):
@@ -80,6 +83,23 @@ def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, s
     return _joined(spans)
 
 
+def sound_risks(strangeness: np.ndarray, clock: FrameClock) -> list[Span]:
+    """The spans of frames whose sound lies further than usual from what the run has heard.
+
+    Args:
+        strangeness: of each frame (T,), see :meth:`dnnvss.runs.heard.Heard.strangeness`.
+        clock: of the frames.
+    """
+    above, spans = strangeness > 1, []
+    edges = [0, *(np.flatnonzero(np.diff(above)) + 1).tolist(), len(above)]
+    for first, stop in pairwise(edges):
+        if stop > first and above[first]:
+            far = round(float(strangeness[first:stop].max()), 2)
+            spans.append(Span(first, stop - 1, clock.seconds(first), clock.seconds(stop),
+                              ({"kind": "unheard sound", "distance": far},)))
+    return spans
+
+
 def _joined(spans: Sequence[Span]) -> list[Span]:
     """Return the spans with neighbours that carry the same risks made one."""
     joined: list[Span] = []
@@ -95,7 +115,7 @@ def summary(spans: Sequence[Span], count: int) -> str:
     """Return in one line how many of ``count`` frames carry a risk, and of which kinds."""
     if not spans:
         return f"none of the {count} frames carries a risk"
-    risky = sum(s.last - s.first + 1 for s in spans)
+    risky = len({frame for s in spans for frame in range(s.first, s.last + 1)})
     kinds = sorted((r["kind"], s.last - s.first + 1) for s in spans for r in s.risks)
     counted = ", ".join(f"{kind} {sum(n for _, n in rows)}" for kind, rows in groupby(kinds, key=lambda k: k[0]))
     return f"{risky} of {count} frames carry a risk ({counted}); the report names them"

@@ -16,7 +16,7 @@ from dnnvss.style import Key, sample_keys
 from dnnvss.style.generator import all_gauges
 from dnnvss.synthesis.plan import Plan, make_plan
 from dnnvss.synthesis.request import SpeakRequest
-from dnnvss.synthesis.risks import Span, find_risks, summary, word_risks
+from dnnvss.synthesis.risks import Span, find_risks, sound_risks, summary, word_risks
 from dnnvss.synthesis.stage import Stage, open_stage
 from dnnvss.systems import Example
 from dnnvss.timing import Alignment, FrameClock
@@ -138,16 +138,19 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
         plan = replace(plan, alignment=plan.alignment.with_tier(example.alignment[TIER]))
     style = request.style if plan.phones else replace(request.style, closures=False, contacts=False, rest=False)
     movement = run.generator(example, style, request.keys, all_gauges(run.face), plan.tier)
-    return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, plan, stand_ins),
+    return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, plan, example, stand_ins),
                   run.model.report(example))
 
 
-def _risks(run: Run, plan: Plan, stand_ins: Mapping[str, str]) -> tuple[Span, ...]:
-    """What may be wrong with the phones and words, where they are known."""
-    if not plan.phones:
-        return ()
-    words = word_risks(plan.pronunciation, plan.scores)
-    return tuple(find_risks(plan.alignment, run.task.clock, stand_ins, run.voice.triphones, words))
+def _risks(run: Run, plan: Plan, example: Example, stand_ins: Mapping[str, str]) -> tuple[Span, ...]:
+    """What may be wrong with phones and words, where they are known, and with the sound, where it is listened to."""
+    clock, spans = run.task.clock, list[Span]()
+    if plan.phones:
+        words = word_risks(plan.pronunciation, plan.scores)
+        spans += find_risks(plan.alignment, clock, stand_ins, run.voice.triphones, words)
+    if run.heard:
+        spans += sound_risks(run.heard.strangeness(example.codes, clock), clock)
+    return tuple(sorted(spans, key=lambda span: span[:2]))
 
 
 def replace_unseen(alignment: Alignment, known: Sequence[str],

@@ -56,7 +56,8 @@ def test_a_voice_alone_becomes_a_face(home: Path, capsys: pytest.CaptureFixture[
     assert "runs/heard (labels=mel model=recurrent" in told and "the last run that needs no text" in told
     assert "a voice alone tells no phones: style.closures has no effect" in told
     report = json.loads((home / "a.json").read_text())
-    assert report["text"] == "" and report["risks"]["spans"] == []
+    assert report["text"] == "" and not {
+        risk["kind"] for span in report["risks"]["spans"] for risk in span["risks"]} - {"unheard sound"}
     times = read_alignment(home / "a.TextGrid")
     assert [tier.name for tier in times.tiers] == ["speech"] and "speech" in times["speech"].labels
     seconds = len(read_arrays(home / "a.npz")["parameters"]) / 100
@@ -99,3 +100,10 @@ def test_a_recording_without_sound_is_refused(home: Path) -> None:
         speak(run, SpeakRequest(recording=Recording(np.zeros(0), 16000)))
     still = speak(run, SpeakRequest(recording=Recording(np.zeros(16000), 16000)))
     assert len(still.movement) == 100 and still.plan.tier.labels == ("sil",)
+
+
+def test_a_sound_unlike_the_training_is_a_risk(home: Path) -> None:
+    run = Run.open(home / "runs" / "heard")
+    loud = np.random.default_rng(0).uniform(-1, 1, 16000).astype(np.float32)
+    risks = speak(run, SpeakRequest(recording=Recording(loud, 16000))).risks
+    assert risks and {risk["kind"] for span in risks for risk in span.risks} == {"unheard sound"}

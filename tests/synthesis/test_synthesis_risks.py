@@ -1,7 +1,9 @@
 """The risks of each frame, worked by hand on a sentence of four phones."""
 
+import numpy as np
+
 from dnnvss.phones.contexts import spoken_triphones, triphones
-from dnnvss.synthesis.risks import Span, find_risks, summary, word_risks
+from dnnvss.synthesis.risks import Span, find_risks, sound_risks, summary, word_risks
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 SAID = Alignment([
@@ -53,3 +55,13 @@ def test_without_scores_no_alignment_is_weak_and_a_phone_without_frames_makes_no
     assert word_risks(REPORT) == [[{"kind": "unknown word", "word": "azh", "phones": "AE1 ZH"}], []]
     coarse = find_risks(SAID, FrameClock(5), {}, [t for t in spoken_triphones([SAID]) if t != "AE-ZH+sil"])
     assert coarse == []
+
+
+def test_sounds_beyond_what_is_usual_make_spans() -> None:
+    spans = sound_risks(np.array([0.5, 1.2, 3.456, 0.9, 0.9, 1.1]), CLOCK)
+    assert spans == [Span(1, 2, 0.01, 0.03, ({"kind": "unheard sound", "distance": 3.46},)),
+                     Span(5, 5, 0.05, 0.06, ({"kind": "unheard sound", "distance": 1.1},))]
+    assert sound_risks(np.zeros(3), CLOCK) == []
+    phones, later = find_risks(SAID, CLOCK, {}, []), sound_risks(np.repeat([0.0, 2.0], [12, 3]), CLOCK)
+    assert summary(phones, 60).startswith("35 of 60")
+    assert summary([*phones, *later], 60).startswith("35 of 60")  # frames that carry two risks count once
