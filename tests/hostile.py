@@ -217,7 +217,7 @@ def _bundle(change: Callable[[Place, dict[str, Any]], None]) -> Callable[[Place]
         from dnnvss.runs.bundling import write_bundle
         from dnnvss.runs.run import Run
 
-        folder = write_bundle(Run.open(place.run), place.home / "bundle", "model.pt")
+        folder = write_bundle(Run.open(place.run), place.home / "bundle", "model.npz")
         index = json.loads((folder / "bundle.json").read_text())
         change(place, index)
         for name in index["digests"]:
@@ -235,7 +235,7 @@ def _program(place: Place, index: dict[str, Any]) -> None:
         for name in ("archive_format", "models/model.json", "data/sample_inputs/model.pt", "data/weights/model.pt"):
             archive.writestr(f"model/{name}", pickle.dumps(Evil(place.command)))
     index["network"] = "model.pt2"
-    index["digests"]["model.pt2"] = index["digests"].pop("model.pt")
+    index["digests"]["model.pt2"] = index["digests"].pop("model.npz")
 
 
 def _external(place: Place, index: dict[str, Any]) -> None:
@@ -249,7 +249,7 @@ def _external(place: Place, index: dict[str, Any]) -> None:
     tensor = field(8, b"w") + entry + bytes([14 << 3, 1])
     (place.home / "bundle" / "model.onnx").write_bytes(field(7, field(5, tensor)))
     index["network"] = "model.onnx"
-    index["digests"]["model.onnx"] = index["digests"].pop("model.pt")
+    index["digests"]["model.onnx"] = index["digests"].pop("model.npz")
 
 
 def _set(key: str, value: Callable[[Place], Any]) -> Callable[[Place, dict[str, Any]], None]:
@@ -259,7 +259,7 @@ def _set(key: str, value: Callable[[Place], Any]) -> Callable[[Place, dict[str, 
 def _swapped(place: Place, index: dict[str, Any]) -> None:
     """Weights that are not those of the index."""
     index["honest"] = False
-    path = place.home / "bundle" / "model.pt"
+    path = place.home / "bundle" / "model.npz"
     path.write_bytes(path.read_bytes()[:-1] + b"x")
 
 

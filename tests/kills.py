@@ -22,7 +22,8 @@ from pathlib import Path
 
 from dnnvss import staging
 
-FAST = ("trainer.epochs=1", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
+FAST = ("model=feedforward", "folds=0", "trainer.epochs=1",
+        "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
         "model.network.hidden=[8]", "aam.modes=8", "jobs=1", "sample=false")
 ROOT = Path(__file__).parents[1]
 MOVES: list[Path] = []
@@ -51,7 +52,8 @@ COMMANDS = {
                                    f"run={home}/runs/a", *FAST), ("data",)),
     "speak": Command(lambda home: ("speak", f"run={home}/runs/a", "text=hello", f"out={home}/o/hello.mp4",
                                    "speech=formant"), ("runs",)),
-    "export": Command(lambda home: ("export", home / "runs/a", "--out", home / "bundle", "--network", "pt"), ("runs",)),
+    "export": Command(lambda home: ("export", home / "runs/a", "--out", home / "bundle", "--network", "npz"),
+                      ("runs",)),
     "compare": Command(lambda home: ("compare", home / "runs/a", "--out", home / "table"), ("data", "runs")),
     "label": Command(lambda home: ("label", "choose", home / "data/video", "--count", 3, "--out", home / "labels"),
                      ("data",)),

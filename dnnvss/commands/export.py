@@ -14,8 +14,8 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("run", type=Path, metavar="RUN", help="a run folder")
     parser.add_argument("--out", type=Path, required=True,
                         help="FILE.onnx or FILE.pt2 (torch.export); a name without suffix is a bundle to speak with")
-    parser.add_argument("--network", choices=("onnx", "pt"), default="onnx",
-                        help="how a bundle keeps the network: as ONNX, or its weights as they are in the run")
+    parser.add_argument("--network", choices=("onnx", "npz"), default="onnx",
+                        help="how a bundle keeps a network: as ONNX, or its weights as arrays, as all else is kept")
     options = parser.read(arguments)
     from dnnvss.runs.bundling import export_run, write_bundle
     from dnnvss.runs.run import Run

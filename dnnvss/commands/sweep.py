@@ -18,6 +18,7 @@ from dnnvss import files
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.choice import settled
 from dnnvss.runs import naming
 from dnnvss.runs.run import Run
 from dnnvss.staging import abandoned, held
@@ -162,7 +163,8 @@ def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
 def run_folder(config: DictConfig) -> Path:
     """Return the run folder of a job's configuration, hydra's own settings left out."""
     settings = run_settings(config)
-    return naming.run_folder(settings, Corpus.open(settings.corpus_folder).fingerprint)
+    corpus = Corpus.open(settings.corpus_folder)
+    return naming.run_folder(settled(settings, corpus)[0], corpus.fingerprint)
 
 
 def _own(config: DictConfig) -> DictConfig:

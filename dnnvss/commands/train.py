@@ -11,6 +11,7 @@ from dnnvss.commands.sweep import sweepable
 from dnnvss.commands.train_settings import COMMAND, run_settings
 from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
+from dnnvss.evaluation.choice import settled
 from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
@@ -42,6 +43,9 @@ def train(config: DictConfig) -> float:
     """
     settings = run_settings(config)
     corpus = Corpus.open(settings.corpus_folder)
+    settings, choice = settled(settings, corpus)
+    if choice is not None:
+        print(choice.text)
     model = new_model(settings)
     folder, helper = run_folder(settings, corpus.fingerprint), process_number() > 0
     if helper:
@@ -49,6 +53,8 @@ def train(config: DictConfig) -> float:
     places = RunFiles(folder)
     if begin(folder, settings, corpus, first=not helper):
         return _told(places)
+    if choice is not None:
+        choice.save(places.choice)
     encoded = encode(settings, corpus)
     for utterance, reason in encoded.dropped.items():
         print(f"left out: utterance {utterance}: {reason}")
@@ -66,11 +72,16 @@ def train(config: DictConfig) -> float:
         print(f"{reason}: style.{setting} will have no effect")
     found = evaluate_fitted(folder, material, generator)
     print(f"\n{found.text}")
+    judged = found.verdict
+    if judged is not None:
+        judged.write(places.verdict, f"Verdict: {folder.name}", choice.text if choice else "")
+        print(f"\n{judged.text}")
     if settings.sample:
-        first = material.examples["test"][0].id
-        attempted("samples", lambda: write_samples(Run.open(folder), corpus, first, found.report))
+        ids = [e.id for e in material.examples["val" if material.folds else "test"]]
+        attempted("samples", lambda: write_samples(Run.open(folder), corpus, ids, found.report))
     found.finish(folder)
-    kept = ", ".join(path.name for path in (places.page, places.metrics, places.predictions, places.model))
+    written = (places.verdict, places.page, places.metrics, places.predictions, places.model)
+    kept = ", ".join(path.name for path in written)
     print(f"\nwrote {folder}: {kept}")
     return found.headline
 

@@ -13,12 +13,13 @@ from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import plain_settings, typed_settings
 from dnnvss.commands.prepare_settings import CorpusSettings
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.choice import AUTO, AutoSettings
 from dnnvss.face.aam import AAMConfig
 from dnnvss.face.kinds import FACES, read_face_settings
 from dnnvss.features import FeatureTable
 from dnnvss.runs.settings import RunOptions, RunSettings
 from dnnvss.settings import read_settings, shown
-from dnnvss.systems.registry import read_system, systems
+from dnnvss.systems.registry import Named, read_system, systems
 from dnnvss.systems.viseme_plan import UnitPlan
 from dnnvss.training import FitSettings
 
@@ -67,21 +68,15 @@ class SystemSettings:
         if not isinstance(value, Mapping):
             raise DnnvssError(f"{where}={shown(value)} is no table of names and values",
                               remedy=f"Give {where}.system=...")
-        named = read_settings(Named, {k: v for k, v in value.items() if k in ("name", "system")}, where)
+        named = Named.of(value, where)
+        if named.system == AUTO:
+            return cls(named.name, AutoSettings.read(value))
         return cls(named.name, read_system(named.name, value, where, f"{where}.fit")[1])
 
     @staticmethod
     def alternatives() -> tuple[Any, ...]:
         """The types of the settings of all systems."""
-        return (Named, *(system.Settings for system in systems().values()))
-
-
-@dataclass(frozen=True)
-class Named:
-    """What every file of ``conf/model`` says."""
-
-    name: str
-    system: str | None = None
+        return (Named, AutoSettings, *(system.Settings for system in systems().values()))
 
 
 @dataclass(frozen=True, kw_only=True)

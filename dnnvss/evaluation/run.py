@@ -1,7 +1,9 @@
 """The test split: tables, figures and videos of the model beside the null models, plain and in the run's style."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from dnnvss.evaluation.measures import MEASURES
 from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import pooled
+from dnnvss.evaluation.verdict import Verdict, verdict
 from dnnvss.evaluation.viseme_notes import unit_notes
 from dnnvss.face.base import Face
 from dnnvss.face.kinds import face_kind
@@ -24,8 +27,11 @@ from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import Material
+from dnnvss.runs.folds import folded
+from dnnvss.runs.run import make_model
+from dnnvss.runs.voice import Voice
 from dnnvss.style import Style
-from dnnvss.style.generator import PLAIN, Generator, make_style
+from dnnvss.style.generator import PLAIN, Generator, learn_talker, make_style
 from dnnvss.systems import Example
 from dnnvss.systems.examples import Task, speech_frames, word_frames
 from dnnvss.systems.registry import null_systems
@@ -46,11 +52,13 @@ class Evaluation:
         report: the table of the model and the null models; the row ``model`` is plain MLPG, styles have their own.
         numbers: all of it as plain containers.
         text: the tables, to be printed.
+        verdict: what the run is worth, in words.
     """
 
     report: Report
     numbers: dict[str, Any]
     text: str
+    verdict: Verdict | None = None
 
     @property
     def headline(self) -> float:
@@ -62,8 +70,26 @@ class Evaluation:
         return files.write_json(RunFiles(folder).metrics, {"headline": self.headline, **self.numbers})
 
 
+@dataclass(frozen=True)
+class Part:
+    """A fitted system, and sentences that it has not seen.
+
+    Args:
+        generator: the system and its talker.
+        examples: ``train`` and ``val``, which it was fitted on, and ``test``.
+        others: another source of dynamic visemes (:data:`SOURCES`) to the test examples that have them.
+    """
+
+    generator: Generator
+    examples: Mapping[str, list[Example]]
+    others: Mapping[str, list[Example]] = field(default_factory=dict)
+
+
 def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> Evaluation:
-    """The evaluation of a run that was fitted, in plain MLPG and in its own style; writes all but its numbers."""
+    """The evaluation of a run that was fitted, in plain MLPG and in its own style; writes all but its numbers.
+
+    Where the material is to be left out in parts, a system is fitted for each.
+    """
     settings, face = material.settings, material.encoded.face
     notes: list[str] = []
     if material.plan and material.units:
@@ -73,41 +99,55 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> E
     styles = {} if style.plain else {settings.style.name: style}
     lost = material.encoded.left_out
     gaps = {e.id: lost[e.id] for e in material.examples["test"] if e.id in lost}
-    return evaluate_run(folder, material.corpus, generator, material.examples, face, styles, notes,
-                        material.other_tests(), gaps)
+    judge = partial(verdict, system=settings.model_name, train=material.examples["train"],
+                    voice=Voice.load(RunFiles(folder).voice))
+    if not material.folds:
+        parts = [Part(generator, material.examples, material.other_tests())]
+        return evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)
+    parts = list(unheard_parts(material, RunFiles(folder).parts))
+    notes = [f"each said by a system that was trained without it, in {material.folds} parts", *notes]
+    found = evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)
+    shutil.rmtree(RunFiles(folder).parts, ignore_errors=True)
+    return found
 
 
-def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: Mapping[str, list[Example]],
-                 face: Face, styles: Mapping[str, Style],
-                 notes: Sequence[str] = (),
-                 others: Mapping[str, list[Example]] | None = None,
+def unheard_parts(material: Material, folder: Path) -> Iterator[Part]:
+    """A system fitted without each part of the sentences; fits that are killed go on from what is in ``folder``."""
+    settings, face = material.settings, material.encoded.face
+    for k, examples in enumerate(folded(material.examples["test"], material.folds)):
+        model = make_model(settings, settings.task)
+        model.fit(examples["train"], examples["val"], folder / str(k + 1))
+        yield Part(Generator(settings.task, model, learn_talker(settings.task, model, examples, face)), examples)
+
+
+def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face, styles: Mapping[str, Style],
+                 notes: Sequence[str] = (), judge: Callable[[Report], Verdict] | None = None,
                  left_out: Mapping[str, tuple[int, int]] | None = None) -> Evaluation:
     """The evaluation of a model beside the null models; predictions, tables and figures go into the run folder.
 
     Args:
         folder: of the run.
         corpus: what it was trained on.
-        generator: the model and its talker.
-        examples: of each split.
+        parts: the model and what it is tested on; several where sentences were left out in turn, which are pooled.
         face: what the trajectories move.
         styles: by name, beside plain MLPG.
         notes: what else the reader of the page has to know; the first goes into its title.
-        others: another source of dynamic visemes (:data:`SOURCES`) to the test examples that have them; plain MLPG.
+        judge: makes a verdict of the table; none is given where it is None.
         left_out: test sentences to the frames of theirs that no score uses, and all of them.
     """
-    task, test, places = generator.task, examples["test"], RunFiles(folder)
-    predicted = {"model": _generated(generator, test, PLAIN),
-                 **{_row(name): _generated(generator, test, style) for name, style in styles.items()}}
-    predicted |= {_row(SOURCES[source]): _generated(generator, own, PLAIN) for source, own in (others or {}).items()}
-    for name, system in null_systems(task.table, task.clock).items():
-        system.fit(examples["train"], examples["val"], folder)
-        predicted[name] = _generated(Generator(task, system, generator.talker), test, PLAIN)
+    task, places = parts[0].generator.task, RunFiles(folder)
+    test = [e for part in parts for e in part.examples["test"]]
+    others = sorted({source for part in parts for source in part.others})
+    predicted: dict[str, Trajectories] = {}
+    for part in parts:
+        for name, own in _said(part, styles, folder).items():
+            predicted.setdefault(name, {}).update(own)
     references = {e.id: e.measured[0][:, 0] for e in test}
     masks = {"speech": {e.id: speech_frames(e.alignment, task.clock) for e in test},
              "valid": {e.id: e.measured[1] for e in test}}
     outputs = {"predicted": predicted["model"], "reference": references, **masks,
                **{f"predicted_{name}": predicted[_row(name)] for name in styles},
-               **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others or {}}}
+               **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others}}
     for name, arrays in outputs.items():
         files.write_arrays(places.prediction(name), **arrays)
     report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"])
@@ -117,16 +157,32 @@ def evaluate_run(folder: Path, corpus: Corpus, generator: Generator, examples: M
                      measures=tuple(m for m in MEASURES if m.name in LIVELINESS))
     head, rows = _lively_rows(lively)
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
-    line, unseen = _unseen_words(folder, task, examples, predicted, references, masks)
-    pages = [title, *notes[1:], *filter(None, [face_kind(face.kind).lacks]), report.markdown(),
+    line, unseen = _unseen_words(folder, task, parts, predicted, references, masks)
+    judged = judge(report) if judge else None
+    pages = [title, *([judged.markdown()] if judged else []), *notes[1:],
+             *filter(None, [face_kind(face.kind).lacks]), report.markdown(),
              *_gaps(left_out or {}), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
              *lively.gaps, about, *unseen, corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     attempted("figures of coefficients",
               lambda: _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()}))
     numbers = {**report.to_json(), "left_out": {i: list(own) for i, own in (left_out or {}).items()},
-               "liveliness": _plain(lively), "calibration": _calibration(folder, generator, test)}
-    return Evaluation(report, numbers, "\n\n".join([title, report.table(), aligned(head, rows), *line]))
+               "liveliness": _plain(lively), "calibration": _calibration(folder, parts),
+               "verdict": list(judged.lines) if judged else []}
+    return Evaluation(report, numbers, "\n\n".join([title, report.table(), aligned(head, rows), *line]), judged)
+
+
+def _said(part: Part, styles: Mapping[str, Style], folder: Path) -> dict[str, Trajectories]:
+    """What is said of the test sentences of a part, by row of the table: the model, its styles, the null models."""
+    generator, examples = part.generator, part.examples
+    task, test = generator.task, examples["test"]
+    said = {"model": _generated(generator, test, PLAIN),
+            **{_row(name): _generated(generator, test, style) for name, style in styles.items()}}
+    said |= {_row(SOURCES[source]): _generated(generator, own, PLAIN) for source, own in part.others.items()}
+    for name, system in null_systems(task.table, task.clock).items():
+        system.fit(examples["train"], examples["val"], folder)
+        said[name] = _generated(Generator(task, system, generator.talker), test, PLAIN)
+    return said
 
 
 def _gaps(left_out: Mapping[str, tuple[int, int]]) -> list[str]:
@@ -161,13 +217,14 @@ def _plain(lively: Comparison) -> dict[str, dict[str, float | None]]:
     return {s: {n: None if np.isnan(v) else round(float(v), 6) for n, v in own.items()} for s, own in values.items()}
 
 
-def _unseen_words(folder: Path, task: Task, examples: Mapping[str, list[Example]],
-                  predicted: Mapping[str, Trajectories], references: Trajectories,
-                  masks: Mapping[str, Trajectories]) -> tuple[list[str], list[str]]:
+def _unseen_words(folder: Path, task: Task, parts: Sequence[Part], predicted: Mapping[str, Trajectories],
+                  references: Trajectories, masks: Mapping[str, Trajectories]) -> tuple[list[str], list[str]]:
     """What is printed, and the part of the page, on words that no training sentence holds; empty without any."""
-    known = {w for e in examples["train"] for w in e.alignment["words"].labels}
-    unseen = {e.id: frames for e in examples["test"]
-              if (frames := word_frames(e.alignment, task.clock, known)).sum() > 1}
+    unseen: dict[str, np.ndarray] = {}
+    for part in parts:
+        known = {w for e in part.examples["train"] for w in e.alignment["words"].labels}
+        unseen |= {e.id: frames for e in part.examples["test"]
+                   if (frames := word_frames(e.alignment, task.clock, known)).sum() > 1}
     if not unseen:
         return [], []
     chosen = {name: {i: p[i] for i in unseen} for name, p in predicted.items()}
@@ -179,9 +236,9 @@ def _unseen_words(folder: Path, task: Task, examples: Mapping[str, list[Example]
     return [line], [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]
 
 
-def _calibration(folder: Path, generator: Generator, test: list[Example]) -> dict[str, Any]:
+def _calibration(folder: Path, parts: Sequence[Part]) -> dict[str, Any]:
     """Return how well the predicted variances fit the test frames; writes the plot."""
-    known = [(*e.measured, generator.model.predict(e)) for e in test]
+    known = [(*e.measured, part.generator.model.predict(e)) for part in parts for e in part.examples["test"]]
     found = calibration([x[:, 0] for x, _, _ in known], [p.mean[:, 0] for _, _, p in known],
                         [np.broadcast_to(p.variance, p.mean.shape)[:, 0] for _, _, p in known],
                         [v for _, v, _ in known])

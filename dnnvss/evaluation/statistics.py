@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 RESAMPLES = 2000
+FEWEST = 6
+"""Sentences from which an interval or a test can say something: with five, no paired test comes below p = .06."""
 
 
 @dataclass(frozen=True)

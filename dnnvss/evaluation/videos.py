@@ -28,11 +28,12 @@ _COLUMNS = 4
 """Faces a row at most."""
 
 
-def worst_middle_best(report: Report, system: str = "model") -> list[str]:
-    """Return the ids of the sentences of least, median and greatest correlation, fewer where there are fewer."""
+def worst_middle_best(report: Report, among: Sequence[str], system: str = "model") -> list[str]:
+    """The ids of those of some sentences of least, median and greatest correlation, fewer where there are fewer."""
     values = report.sentences(system, "correlation")
     ids = list(report.scores[system])
-    order = [int(i) for i in np.argsort(values) if not np.isnan(values[i])] or [0]
+    order = [int(i) for i in np.argsort(values) if ids[i] in among and not np.isnan(values[i])]
+    order = order or [ids.index(among[0])]
     return [ids[i] for i in dict.fromkeys((order[0], order[len(order) // 2], order[-1]))]
 
 
@@ -44,20 +45,20 @@ def say(run: Run, corpus: Corpus, utterance: Utterance, style: Style) -> Spoken:
                                    scene=Scene(rate=utterance.clock), id=utterance.id))
 
 
-def write_samples(run: Run, corpus: Corpus, first: str, report: Report) -> list[Path]:
+def write_samples(run: Run, corpus: Corpus, ids: Sequence[str], report: Report) -> list[Path]:
     """Write what a run is looked at by: a sentence in its style, and others beside their recordings.
 
     Args:
         run: the run.
         corpus: that it was trained on.
-        first: the id of the sentence that is written with everything beside it.
-        report: of the evaluation; its worst, middle and best sentence, and the first, are shown beside their
-            recordings.
+        ids: of the sentences that the run has not learnt from. The first is written with everything beside it.
+        report: of the evaluation; of these sentences its worst, middle and best, and the first, are shown beside
+            their recordings.
     """
-    spoken = say(run, corpus, corpus.utterances[first], make_style(run.settings.style, run.face))
-    write_spoken(spoken, run.files.sample, {"utterance": first})
-    ids = dict.fromkeys([first, *worst_middle_best(report)])
-    return [run.files.sample, *write_side_by_side(run, corpus, list(ids))]
+    spoken = say(run, corpus, corpus.utterances[ids[0]], make_style(run.settings.style, run.face))
+    write_spoken(spoken, run.files.sample, {"utterance": ids[0]})
+    shown = dict.fromkeys([ids[0], *worst_middle_best(report, ids)])
+    return [run.files.sample, *write_side_by_side(run, corpus, list(shown))]
 
 
 def write_side_by_side(run: Run, corpus: Corpus, ids: Sequence[str]) -> list[Path]:

@@ -16,3 +16,8 @@ def spoken_triphones(alignments: Iterable[Alignment]) -> list[str]:
     """Return the triphones around spoken phones in the tiers ``phones``, sorted, each once."""
     return sorted({name for a in alignments for name, p in zip(triphones(a["phones"]), a["phones"].labels, strict=True)
                    if p not in SILENCES})
+
+
+def spoken_seconds(alignments: Iterable[Alignment]) -> float:
+    """How many seconds of the tiers ``phones`` are not silence."""
+    return float(sum(s.end - s.start for a in alignments for s in a["phones"] if s.label not in SILENCES))

@@ -1,8 +1,8 @@
 """What makes a folder a bundle: all that synthesis needs, without what training needs.
 
-A bundle has the files of a run folder under the same names, but for a network, which is kept as other programs read
-it; what no other program would understand stays as it is in the run. ``python synth.py run=BUNDLE`` speaks from it with
-neither Lightning nor hydra in the process.
+A bundle has the files of a run folder under the same names, but for what was learnt: a network is kept as other
+programs read it, all else as arrays of numbers (``.npz``). Nothing in a bundle is run when it is opened. ``python
+synth.py run=BUNDLE`` speaks from it with neither Lightning nor hydra in the process.
 """
 
 import hashlib
@@ -15,8 +15,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
 
-NETWORKS = ("model.onnx", "model.pt")
-"""The network in a bundle: as other programs read it, or the weights as they are in the run."""
+NETWORKS = ("model.onnx", "model.npz")
+"""What is learnt in a bundle: a network as other programs read it, or arrays of numbers with JSON that orders them."""
 _REMEDY = "Export the run again: dnnvss export RUN"
 
 
@@ -48,7 +48,7 @@ class BundleIndex:
     def check(self, folder: Path) -> Path:
         """The file of the network, after every file was found to be what the bundle was written with.
 
-        A bundle holds the network as ONNX or as what the system learnt: tensors and plain containers.
+        A bundle holds the network as ONNX, or what the system learnt as arrays.
 
         Raises:
             DnnvssError: a name that leads out of the folder or that no bundle has, a file that is missing or another,

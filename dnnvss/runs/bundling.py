@@ -11,6 +11,7 @@ from dnnvss.runs.bundle import NETWORKS, BundleIndex, digest, is_bundle
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.run import Run
 from dnnvss.staging import is_ours, sweep
+from dnnvss.training.checkpoints import load_checkpoint, save_arrays
 
 
 def export_run(run: Run, path: Path) -> Path:
@@ -33,9 +34,9 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
     """Write a bundle of a run and return its folder; an older bundle there is replaced, whole or not at all.
 
     Args:
-        run: any run. What a system that is no network learnt is kept as it is.
+        run: any run. What a system that is no network learnt is kept as arrays.
         folder: of the bundle.
-        network: ``model.onnx``, or ``model.pt`` for a network's weights as they are in the run.
+        network: ``model.onnx``, or ``model.npz`` for a network's weights as arrays.
 
     Raises:
         DnnvssError: as :func:`export_run`; the run is a bundle; or the folder holds something else.
@@ -44,12 +45,16 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
         raise DnnvssError("is a bundle already", file=run.folder, remedy="Copy it, or export the run that it came from")
     theirs = RunFiles(folder)
     _refuse_other(theirs)
-    exports = network != theirs.model.name and is_network(run.model)
-    name = network if exports else theirs.model.name
+    exports = network == NETWORKS[0] and is_network(run.model)
+    name = network if exports else NETWORKS[1]
     with files.together(theirs.index) as group:
         if exports:
             export_run(run, folder / name)
-        for path in _copied(run) if exports else [run.files.model, *_copied(run)]:
+        else:
+            save_arrays(folder / name, load_checkpoint(run.files.model))
+        if "visemes" in run.task.table.sources:
+            save_arrays(theirs.bundled_units, load_checkpoint(run.files.units))
+        for path in _copied(run):
             with files.replacing(folder / path.name) as temporary:
                 shutil.copyfile(path, temporary)
         digests = {path.name: digest(part.file) for path, part in sorted(group.parts.items())}
@@ -77,6 +82,5 @@ def _refuse_other(places: RunFiles) -> None:
 def _copied(run: Run) -> list[Path]:
     """What a bundle takes from its run as it is; a face without texture is drawn into nothing."""
     picture = [run.files.picture] if run.files.picture.is_file() else []
-    units = [run.files.units] if "visemes" in run.task.table.sources else []
     heard = [run.files.heard] if run.files.heard.is_file() else []
-    return [*run.files.needed, *picture, *units, *heard]
+    return [*run.files.needed, *picture, *heard]

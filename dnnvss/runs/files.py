@@ -65,6 +65,11 @@ class RunFiles:
         return self.folder / "units.pt"
 
     @property
+    def bundled_units(self) -> Path:
+        """The same in a bundle, as arrays."""
+        return self.folder / "units.npz"
+
+    @property
     def unit_scores(self) -> Path:
         """How well dynamic visemes are predicted."""
         return self.folder / "units.json"
@@ -120,6 +125,21 @@ class RunFiles:
         return self.folder / "predictions"
 
     @property
+    def parts(self) -> Path:
+        """What systems need to go on that are fitted without a part of the sentences; there until the evaluation."""
+        return self.folder / "parts"
+
+    @property
+    def choice(self) -> Path:
+        """How the system was chosen, where it was: see :class:`dnnvss.evaluation.choice.Choice`."""
+        return self.folder / "choice.json"
+
+    @property
+    def verdict(self) -> Path:
+        """What the run is worth and what to record next, in five lines."""
+        return self.folder / "verdict.html"
+
+    @property
     def sample(self) -> Path:
         """A test sentence as a video."""
         return self.folder / "sample.mp4"
@@ -163,8 +183,8 @@ class RunFiles:
 
     @property
     def members(self) -> tuple[Path, ...]:
-        """What synthesis may read, beside the model: the files that a bundle takes from its run."""
-        return *self.needed, self.picture, self.units, self.heard
+        """What synthesis may read of a bundle, beside the model."""
+        return *self.needed, self.picture, self.bundled_units, self.heard
 
     @property
     def finished(self) -> bool:

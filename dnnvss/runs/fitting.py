@@ -14,6 +14,7 @@ from dnnvss.processes import parallel
 from dnnvss.render.pictures import keep_ground
 from dnnvss.runs.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.folds import Examples, fold_count
 from dnnvss.runs.heard import Heard
 from dnnvss.runs.naming import check_begun, delete_run
 from dnnvss.runs.run import Run, make_model, provenance
@@ -34,9 +35,10 @@ class Material:
         settings: of the run.
         corpus: prepared.
         encoded: its recordings as parameters of a face.
-        examples: of each split.
+        examples: of each split. Where ``folds`` is not 0, those of the test split train too, and ``test`` is every one.
         plan: how dynamic visemes are learnt and used, None where the labels have none.
         units: those that were learnt, likewise.
+        folds: in how many parts the sentences are left out in turn to be tested on; 0 where there is a test split.
     """
 
     settings: RunSettings
@@ -45,6 +47,7 @@ class Material:
     examples: dict[str, list[Example]]
     plan: UnitPlan | None = None
     units: CorpusUnits | None = None
+    folds: int = 0
 
     def other_tests(self) -> dict[str, list[Example]]:
         """The test examples with dynamic visemes from the source that the run does not use, by its name."""
@@ -115,12 +118,38 @@ def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratc
     """
     task = settings.task
     if "visemes" not in task.table.sources:
-        return Material(settings, corpus, encoded, split_examples(task, corpus, encoded, settings.split, None, scratch))
+        examples = split_examples(task, corpus, encoded, settings.split, None, scratch)
+        folds = _folds(settings, examples)
+        return Material(settings, corpus, encoded, _pooled(examples) if folds else examples, folds=folds)
+    if settings.folds:
+        raise DnnvssError("folds cannot leave sentences out that dynamic visemes were learnt from",
+                          remedy="Train with labels of phones alone (labels=ph), or leave folds out")
     plan = UnitPlan.from_config(settings.visemes)
     units = corpus_units(corpus, encoded, settings.split, task.clock, plan, scratch)
     tiers = units.tiers(plan, encoded.splits["train"])
     examples = split_examples(task, corpus, encoded, settings.split, tiers, scratch)
     return Material(settings, corpus, encoded, examples, plan, units)
+
+
+def _folds(settings: RunSettings, examples: Examples) -> int:
+    """In how many parts the sentences are left out in turn.
+
+    Raises:
+        DnnvssError: in one part, or in more than there are sentences.
+    """
+    if settings.folds is None:
+        return fold_count(examples)
+    most = sum(map(len, examples.values()))
+    if settings.folds == 1 or settings.folds > most:
+        raise DnnvssError(f"folds={settings.folds} leaves nothing to train or to test on",
+                          remedy=f"Give folds=2 to {most}, or folds=0 for the test split")
+    return settings.folds
+
+
+def _pooled(examples: Examples) -> Examples:
+    """Examples of which those of the test split train as well: they are tested on in parts that leave them out."""
+    everything = [*examples["train"], *examples["test"], *examples["val"]]
+    return {"train": [*examples["train"], *examples["test"]], "val": examples["val"], "test": everything}
 
 
 def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
@@ -146,7 +175,7 @@ def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
 def _keep_talker(material: Material, places: RunFiles) -> None:
     """Write the face and its picture, durations and the talker's phones."""
     corpus, encoded = material.corpus, material.encoded
-    train = [u for u in corpus.split("train", material.settings.split) if u.id not in encoded.dropped]
+    train = [corpus.utterances[e.id] for e in material.examples["train"]]
     with files.replacing(places.face) as temporary:
         shutil.copyfile(encoded.folder / FACE, temporary)
     keep_ground(corpus, encoded, places.picture)

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import shutil
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -42,18 +43,28 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
     Those of dynamic visemes count where the labels have some, those of the AAM where the face is one.
     """
     kept = {k: v for k, v in asdict(settings).items() if k not in _NOT_RESULTS}
-    unused = [] if kept["trainer"].get("refine") else ["refine", "refine_rate"]
-    quiet = {"progress", "figure_every", *SHARING, *unused}
-    kept["trainer"] = {k: v for k, v in kept["trainer"].items() if k not in quiet}
-    if "fit" in kept["model"]:
-        own = {k: v for k, v in kept["model"]["fit"].items() if k not in quiet}
-        kept["model"] = {**kept["model"], "fit": own}
+    if kept["folds"] is None:
+        del kept["folds"]
+    kept["trainer"] = _fit_that_counts(kept["trainer"])
+    kept["model"] = system_that_counts(kept["model"])
     if kept["face"]["kind"] != "aam":
         del kept["aam"]
     if "visemes" not in settings.task.table.sources:
         del kept["visemes"]
     kept["corpus"] = {"fingerprint": fingerprint, "split": settings.split}
     return kept
+
+
+def system_that_counts(model: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings of a system that change what comes of it."""
+    return {k: _fit_that_counts(v) if k == "fit" else v for k, v in model.items()}
+
+
+def _fit_that_counts(fit: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings of a fit that change what comes of it; those that are off are left out."""
+    off = {"refine", "refine_rate"} if not fit.get("refine") else set()
+    off |= {"steps"} if not fit.get("steps") else set()
+    return {k: v for k, v in fit.items() if k not in {"progress", "figure_every", *SHARING, *off}}
 
 
 def check_begun(folder: Path, settings: RunSettings, fingerprint: str) -> None:

@@ -108,7 +108,9 @@ class Run:
     @cached_property
     def units(self) -> UnitModel | None:
         """The dynamic visemes of the run and their predictor, None where its labels have none."""
-        return UnitModel.load(self.files.units) if "visemes" in self.task.table.sources else None
+        if "visemes" not in self.task.table.sources:
+            return None
+        return UnitModel.load(self.files.bundled_units if is_bundle(self.folder) else self.files.units)
 
     def example(self, utterance: Utterance, sound: Sound | None = None) -> Example:
         """An utterance as the model sees it; where it has no tier ``visemes``, that is predicted from text.
@@ -139,7 +141,7 @@ class Run:
                 feature table than its configuration now builds.
         """
         places = RunFiles(folder)
-        for path in (places.index, places.provenance, places.model, *places.members):
+        for path in (places.index, places.provenance, places.model, places.units, *places.members):
             files.inside(folder, path.name)
         settings = RunSettings.load(folder)
         kept = BundleIndex.load(folder).check(folder) if is_bundle(folder) else places.model

@@ -49,6 +49,8 @@ class RunOptions:
     run: str | None = setting(None, doc="the run folder; named by what changes results where None")
     overwrite: bool = setting(False, doc="train anew where a finished run has the same name")
     jobs: int = setting(-1, least=-1, nonzero=True, doc="processes of the stage that encodes faces; -1 for all cores")
+    folds: int | None = setting(None, least=0, doc="parts of all sentences, each predicted by a system that was "
+                                "trained without it; 0 for the test split, by size where None")
     sample: bool = setting(True, doc="render test sentences at the end")
     trajectory: TrajectorySettings
     style: StyleSettings

@@ -258,9 +258,10 @@ class NetworkModel(VisualModel):
         if seed is not None:
             drawn = (s.batch_size, s.share, seed)
         others = min(len(e.alternatives) for e in examples) if seed is not None else 0
+        least = 1 if seed is None or s.smoke else -(-s.steps // s.epochs)
         return FrameBatches(_store(examples), self.scaler_, targets, np.flatnonzero(valid), *drawn, members,
                             normal=(self.mean_.ravel(), self.deviation_.ravel()),
-                            alternatives=[_store(examples, k) for k in range(others)])
+                            alternatives=[_store(examples, k) for k in range(others)], least=least)
 
     def _utterances(self, examples: Sequence[Example], folder: Path, seed: int | None = None,
                     raw: bool = False) -> UtteranceBatches:

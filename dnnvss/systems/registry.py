@@ -7,7 +7,7 @@ A new system is a class in a module of this package, with ``system``, ``reads`` 
 import importlib
 import pkgutil
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 from dnnvss.errors import DnnvssError
@@ -19,6 +19,23 @@ from dnnvss.training.settings import FitSettings
 
 _WORDS = {"visemes": "dynamic visemes", "sound": "sound"}
 """Inputs that cost something to have; phones and words are there in every utterance."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """What every file of ``conf/model`` says: what the user calls a system, and which one it is."""
+
+    name: str
+    system: str | None = None
+
+    @classmethod
+    def of(cls, mapping: Mapping[str, Any], where: str) -> "Named":
+        """The names in the settings of a system; other settings are left to that.
+
+        Raises:
+            DnnvssError: one of them is no text, or there is no name.
+        """
+        return read_settings(cls, {k: v for k, v in mapping.items() if k in ("name", "system")}, where)
 
 
 def systems() -> dict[str, type[VisualModel]]:
@@ -61,6 +78,21 @@ def read_system(name: str, mapping: Mapping[str, Any], where: str = "model",
     if isinstance(own.get("fit"), Mapping) and "fit" in {f.name for f in fields(cls.Settings)}:
         own["fit"] = read_settings(FitSettings, own["fit"], fit)
     return cls, read_settings(cls.Settings, own, where)
+
+
+def check_systems(given: Mapping[str, Mapping[str, Any]], where: str) -> None:
+    """Hold the settings of several systems to what each of them takes.
+
+    Args:
+        given: name to the settings of a system, as in its file of ``conf/model``.
+        where: under which name a user gives them.
+
+    Raises:
+        DnnvssError: a system that does not exist, or that refuses a setting.
+    """
+    for name, mapping in given.items():
+        place = f"{where}.{name}"
+        read_system(Named.of({"name": name, **mapping}, place).name, mapping, place, f"{place}.fit")
 
 
 def check_inputs(name: str, cls: type[VisualModel], table: FeatureTable) -> None:

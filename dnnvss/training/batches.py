@@ -32,6 +32,7 @@ class FrameBatches(IterableDataset):
         epoch: returns the number of the epoch.
         alternatives: stores of other codes for the same frames; batches take their inputs from all stores in turn.
         normal: mean and deviation (W x D,) by which targets are normalised as they are drawn; not at all if left out.
+        least: batches that an epoch has at least; where the frames do not suffice they are drawn again.
         place: returns the number of this process and of all that share the fit. Each takes its part of every batch, so
             that all of them together draw what one would.
     """
@@ -40,17 +41,17 @@ class FrameBatches(IterableDataset):
                  batch_size: int, share: float = 1.0, seed: int | None = None, members: int = 1,
                  epoch: Callable[[], int] = lambda: 0, alternatives: Sequence[CodeStore] = (),
                  normal: tuple[np.ndarray, np.ndarray] | None = None,
-                 place: Callable[[], tuple[int, int]] = lambda: (0, 1)) -> None:
+                 place: Callable[[], tuple[int, int]] = lambda: (0, 1), least: int = 1) -> None:
         self.stores, self.scaler = (store, *alternatives), scaler
         self.targets, self.frames = torch.from_numpy(targets), frames
         self.batch_size, self.share, self.seed, self.epoch = min(batch_size, len(frames)), share, seed, epoch
-        self.members, self.place = members, place
+        self.members, self.place, self.least = members, place, max(1, least)
         self.normal = None if normal is None else tuple(torch.from_numpy(np.float32(part)) for part in normal)
 
     def __len__(self) -> int:
         if self.seed is None:
             return -(-len(self.frames) // self.batch_size)
-        return max(1, int(len(self.frames) * self.share) // self.batch_size)
+        return max(self.least, int(len(self.frames) * self.share) // self.batch_size)
 
     def __iter__(self) -> Iterator[Batch]:
         for block in self.blocks(self.at_once):
@@ -75,7 +76,9 @@ class FrameBatches(IterableDataset):
     def _order(self, member: int) -> Any:
         order: Any = self.frames
         if self.seed is not None:
-            order = np.random.default_rng([self.seed + member, self.epoch()]).permutation(self.frames)
+            chance = np.random.default_rng([self.seed + member, self.epoch()])
+            passes = max(1, -(-len(self) * self.batch_size // len(self.frames)))
+            order = np.concatenate([chance.permutation(self.frames) for _ in range(passes)])
         return order if self.targets.device.type == "cpu" else torch.from_numpy(order).to(self.targets.device)
 
     def to(self, device: Any) -> Self:

@@ -25,6 +25,8 @@ class FitSettings:
         batch_size: frames a step.
         utterances: whole utterances a step, of networks over time and of the passes of ``refine``.
         epochs: at most so many passes.
+        steps: optimisation steps at least: where all epochs together have fewer, each passes over the frames several
+            times. What a corpus of ten sentences needs is steps, and a pass over it has five. Not of networks over time.
         share: part of the training frames drawn, anew, in each epoch; neighbours at 100 frames a second are redundant.
         patience: epochs without a better static error on the validation frames before the fit stops.
         reduction: ``sum`` or ``mean`` of the squared errors over the outputs (always the mean over the batch).
@@ -60,6 +62,7 @@ class FitSettings:
     batch_size: int = setting(512, least=1)
     utterances: int = setting(8, least=1)
     epochs: int = setting(12, least=1)
+    steps: int = setting(0, least=0)
     share: float = setting(0.5, above=0, most=1)
     patience: int = setting(12, least=0)
     reduction: str = setting("mean", choices=("sum", "mean"))

@@ -51,6 +51,7 @@ from dnnvss.text.overrides import read_overrides
 from dnnvss.text.sentence import parse
 from dnnvss.text.tree import linguistic_tree
 from dnnvss.timing import Alignment, FrameClock, Tier
+from dnnvss.training.checkpoints import load_checkpoint, save_arrays
 
 CLOCK = FrameClock(25)
 TABLE = FeatureTable(("centre_phone", "phone_context", "phone_span"))
@@ -241,7 +242,8 @@ def _run(folder: Path) -> dict[str, Input]:
     ):
         files.write_arrays(places.prediction(kind), u1=rows, u2=rows)
     bundle = folder.parent / "bundle"
-    BundleIndex("model.pt", "demo", __version__, {}).save(bundle)
+    BundleIndex("model.npz", "demo", __version__, {}).save(bundle)
+    arrays = save_arrays(bundle / "model.npz", load_checkpoint(places.model))
     assert STATIC.taps
 
     def opened(_: Path) -> Any:
@@ -252,6 +254,7 @@ def _run(folder: Path) -> dict[str, Input]:
         "config": Input(places.config, opened),
         "run json": Input(places.provenance, lambda _: (places.written(), RunSettings.load(folder))),
         "model": Input(places.model, lambda p: _trained(p, settings)),
+        "model as arrays": Input(arrays, lambda p: _trained(p, settings)),
         "metrics": Input(places.metrics, lambda p: read_value(p, "headline", float, "Train anew")),
         "reference": Input(places.prediction("reference"), lambda _: read_run(folder)),
         "speech": Input(places.prediction("speech"), lambda _: read_run(folder)),

@@ -20,7 +20,8 @@ from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.runs.run import Run
 from dnnvss.timing import Tier
 
-FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu", "jobs=1",
+FAST = ["model=feedforward", "trainer.epochs=2",
+        "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu", "jobs=1",
         "model.network.hidden=[32]", "aam.modes=8", "sample=false", "visemes.units=12", "visemes.least=3",
         "visemes.samples=2", "visemes.predictor.folds=2", "visemes.predictor.hidden=[32]"]
 

@@ -38,8 +38,9 @@ from dnnvss.synthesis.speak import replace_unseen
 from dnnvss.synthesis.speak import speak as speak_purely
 from dnnvss.timing import Alignment, FrameClock, Tier
 
-FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
-        "model.network.hidden=[32]", "aam.modes=8", "jobs=1", "sample=false"]
+QUICK = ["trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu", "aam.modes=8", "jobs=1",
+         "sample=false", "folds=0"]
+FAST = ["model=feedforward", "model.network.hidden=[32]", "trainer.epochs=2", *QUICK]
 
 
 def configure(name: str, *overrides: str) -> DictConfig:
@@ -86,7 +87,7 @@ def test_finished_run_is_reported_and_not_trained_again(home: Path, capsys: pyte
 
 
 def test_a_model_that_has_learnt_durations_speaks_with_its_own(home: Path) -> None:
-    train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/hsmm", "model=hsmm", *FAST[1:4], *FAST[5:]))
+    train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/hsmm", "model=hsmm", *QUICK))
 
     def phones(out: str, *settings: str) -> Tier:
         synthesise(configure("synth", f"run={home}/runs/hsmm", f"out={home}/{out}.mp4", "speech=none", "lead_in=0",
@@ -104,11 +105,10 @@ def test_a_model_that_has_learnt_durations_speaks_with_its_own(home: Path) -> No
 
 
 def test_a_system_that_is_no_network_is_bundled_with_what_it_learnt(home: Path, tmp_path: Path) -> None:
-    train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/means", "model=phone_mean", *FAST[1:4],
-                    *FAST[5:]))
+    train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/means", "model=phone_mean", *QUICK))
     whole = Run.open(home / "runs" / "means")
     bundle = Run.open(write_bundle(whole, tmp_path / "bundle"))
-    assert BundleIndex.load(bundle.folder).network == "model.pt" and not (bundle.folder / "model.onnx").exists()
+    assert BundleIndex.load(bundle.folder).network == "model.npz" and not (bundle.folder / "model.onnx").exists()
     request = SpeakRequest("pack my box", engine="none")
     ours, theirs = (speak_purely(run, request) for run in (bundle, whole))
     assert np.array_equal(ours.trajectory, theirs.trajectory) and ours.plan == theirs.plan
@@ -441,7 +441,7 @@ def test_a_sweep_ends_with_one_table_and_one_video(home: Path, tmp_path: Path, m
     elsewhere = pickle.loads(pickle.dumps(sweep))  # launchers run jobs in other processes
     for name in ("ph", "ph_a"):
         job = configure("train", f"run={home}/runs/{name}", f"runs={home}/runs", f"labels={name}",
-                        f"corpus.out={home}/demo")
+                        f"corpus.out={home}/demo", "model=feedforward")
         given = ["corpus=demo", f"labels={name}"]
         ended = SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), return_value=0.5, overrides=given)
         elsewhere.on_job_end(job, ended)
@@ -466,7 +466,7 @@ def test_jobs_are_named_by_what_not_all_were_given() -> None:
 
 
 def test_a_run_is_found_by_what_its_job_was_given(home: Path) -> None:
-    job = configure("train", f"runs={home}/runs", f"corpus.out={home}/demo")
+    job = configure("train", f"runs={home}/runs", f"corpus.out={home}/demo", "model=feedforward")
     with_hydra = OmegaConf.create({**job, "hydra": {"sweep": {"dir": "elsewhere"}}})
-    other = configure("train", f"runs={home}/runs", f"corpus.out={home}/demo", "seed=1")
+    other = configure("train", f"runs={home}/runs", f"corpus.out={home}/demo", "model=feedforward", "seed=1")
     assert run_folder(with_hydra) == run_folder(job) != run_folder(other)

@@ -57,7 +57,8 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def train_settings(home: Path) -> list[str]:
     return ["corpus=folder", "corpus.name=markers", f"corpus.out={home}/corpus", "aam=demo", "visemes=demo",
-            f"run={home}/run", "trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0",
+            f"run={home}/run", "model=feedforward", "folds=0", "trainer.epochs=2",
+            "trainer.progress=false", "trainer.figure_every=0",
             "trainer.accelerator=cpu", "model.network.hidden=[32]", "jobs=1"]
 
 

@@ -20,7 +20,7 @@ from dnnvss.media import video_info
 from dnnvss.runs.bundling import write_bundle
 from dnnvss.runs.run import Run
 
-FAST = ["debug=default", "aam.modes=8", "jobs=1", "trainer.accelerator=cpu"]
+FAST = ["model=feedforward", "folds=0", "debug=default", "aam.modes=8", "jobs=1", "trainer.accelerator=cpu"]
 SIZES = ([8], [16], [8, 8], [16, 16])
 
 

@@ -23,7 +23,7 @@ from dnnvss.systems.viseme_plan import UnitPlan
 
 def configured(*settings: str) -> RunSettings:
     with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return run_settings(compose("train", list(settings)))
+        return run_settings(compose("train", ["model=feedforward", *settings]))
 
 
 def begun(folder: Path, *settings: str) -> Path:

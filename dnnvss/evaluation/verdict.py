@@ -1,0 +1,160 @@
+"""What a run is worth in five lines that can be read aloud, and as a page."""
+
+import html
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.evaluation.coverage import EXAMPLES, Coverage, next_prompts
+from dnnvss.evaluation.report import Report
+from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, difference, estimate
+from dnnvss.phones import SILENCES, SPOKEN
+from dnnvss.runs.folds import speech
+from dnnvss.runs.voice import Voice
+from dnnvss.systems import Example
+
+NULL = "phone mean"
+SHOWN = 3
+"""Sentences to record next that are read out; the page has all."""
+_SURE = 0.05
+_EXPECT = (
+    (0.85, "The mouth follows speech closely; most sentences can be shown in a close-up."),
+    (0.75, "The mouth opens, closes and rounds with the words; small movements of single sounds are missing now and "
+           "then."),
+    (0.6, "The mouth opens and closes with the words, and wide and round vowels differ; many single sounds look alike. "
+          "It will do in a small picture, not in a close-up."),
+    (0.4, "The mouth moves when it should and hardly more than that; do not show it close."),
+    (-1.0, "What the mouth does has little to do with what is said; record more before you show it."),
+)
+_GROWTH = ((60, "Every further sentence helps: with twice the speech it will be clearly better."),
+           (600, "With twice the speech it will be better still, though no longer by much."),
+           (float("inf"), "More speech will change little; other sentences than these might."))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a run is worth.
+
+    Args:
+        lines: five sentences or few more: what was recorded, what it covers, the system against what knows nothing,
+            what to record next, what to expect.
+        prompts: sentences to record next, the most useful first.
+        coverage: what was heard of the talker.
+    """
+
+    lines: tuple[str, ...]
+    prompts: tuple[str, ...]
+    coverage: Coverage
+
+    @property
+    def text(self) -> str:
+        """The lines, to be printed."""
+        return "\n".join(["Verdict", *(f"{k}. {line}" for k, line in enumerate(self.lines, start=1))])
+
+    def markdown(self) -> str:
+        """The lines as a part of the page of results."""
+        return "\n".join(["## Verdict", "", *(f"{k}. {line}" for k, line in enumerate(self.lines, start=1))])
+
+    def write(self, path: Path, title: str, more: str = "") -> Path:
+        """Write the page and return its path.
+
+        Args:
+            path: the ``.html`` file.
+            title: what was judged.
+            more: how the system was chosen, as text; nothing where it was named.
+        """
+        template = Template(resources.files("dnnvss.evaluation").joinpath("verdict.html").read_text("utf-8"))
+        most = max([*self.coverage.phones.values(), 1])
+        phones = "".join(_bar(p, self.coverage.phones[p], most) for p in SPOKEN)
+        chosen = f"<h2>How the system was chosen</h2><pre>{html.escape(more)}</pre>" if more else ""
+        return files.write_text(path, template.substitute(
+            title=html.escape(title), lines="".join(f"<li>{html.escape(line)}</li>" for line in self.lines),
+            prompts="".join(f"<li>{html.escape(text)}</li>" for text in self.prompts), phones=phones, chosen=chosen))
+
+
+def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice) -> Verdict:
+    """The verdict on a run.
+
+    Args:
+        report: of the evaluation, with the row ``model`` and the null models.
+        system: its name.
+        train: what it was trained on.
+        voice: of the talker.
+    """
+    heard = Counter(p for e in train for p in e.alignment["phones"].labels if p not in SILENCES)
+    coverage = Coverage.of(heard, voice.triphones)
+    prompts = tuple(next_prompts(coverage, voice.variant))
+    seconds = speech(train)
+    lines = (_recorded(len(train), seconds), _covered(coverage, voice.variant), _against(report, system),
+             _next(prompts), _expected(report.headline("model"), seconds))
+    return Verdict(lines, prompts, coverage)
+
+
+def _recorded(sentences: int, seconds: float) -> str:
+    amount = f"{seconds:.0f} seconds" if seconds < 120 else f"{seconds / 60:.0f} minutes"
+    return f"Trained on {sentences} sentences with {amount} of speech."
+
+
+def _covered(coverage: Coverage, variant: str) -> str:
+    said = len(SPOKEN) - len(coverage.missing)
+    never = ""
+    if coverage.missing:
+        named = ", ".join(f"{p} as in {EXAMPLES[p]}" for p in coverage.missing[:4])
+        more = f" and {len(coverage.missing) - 4} more" if len(coverage.missing) > 4 else ""
+        never = f"; never heard: {named}{more}, for which the likest sound stands in"
+    return (f"They hold {said} of the {len(SPOKEN)} sounds of English and {coverage.triphones} different triphones, "
+            f"and {coverage.share(variant):.0%} of the transitions from sound to sound in ordinary sentences{never}.")
+
+
+def _against(report: Report, system: str) -> str:
+    model, null = (_pairs(report, name) for name in ("model", NULL))
+    count = int(model[:, 1].sum())
+    own, other = estimate(model), estimate(null)
+    said = f"On {count} sentences that it was not trained on"
+    if count < FEWEST:
+        return (f"{said}, {system} correlates with the talker by {_value(own)}, the mean of each phone by "
+                f"{_value(other)}, a face that stands still by 0; {count} are too few to say whether that is chance.")
+    gain = difference(null, model)
+    sure = "and is not chance" if gain.p < _SURE and gain.value > 0 else "which may be chance"
+    return (f"{said}, {system} correlates with the talker by {_ranged(own)}, the mean of each phone by "
+            f"{_ranged(other)}, a face that stands still by 0; the gain over the means is {_ranged(gain)} {sure}.")
+
+
+def _pairs(report: Report, system: str) -> np.ndarray:
+    """Correlation of each sentence as (amount, weight)."""
+    values = report.sentences(system, "correlation")
+    return np.stack([np.nan_to_num(values), ~np.isnan(values)], axis=1).astype(float)
+
+
+def _value(e: Estimate) -> str:
+    return f"{e.value:.2f}"
+
+
+def _ranged(e: Estimate | Difference) -> str:
+    return f"{e.value:.2f} ({e.low:.2f} to {e.high:.2f})"
+
+
+def _next(prompts: Sequence[str]) -> str:
+    if not prompts:
+        return "Record whatever you like next: every transition of the sentences that we would propose was heard."
+    quoted = " ".join(f"“{text}”" for text in prompts[:SHOWN])
+    more = f" The page of the verdict has {len(prompts)}." if len(prompts) > SHOWN else ""
+    return f"Record next: {quoted}{more}"
+
+
+def _expected(correlation: float, seconds: float) -> str:
+    level = 0.0 if np.isnan(correlation) else correlation
+    words = next(text for least, text in _EXPECT if level >= least)
+    return f"{words} {next(text for most, text in _GROWTH if seconds < most)}"
+
+
+def _bar(phone: str, count: int, most: int) -> str:
+    kind = "" if count else ' class="never"'
+    return (f"<div{kind}><b>{phone}</b><span>{EXAMPLES[phone]}</span><i style=\"width:{100 * count / most:.0f}%\"></i>"
+            f"<em>{count}</em></div>")

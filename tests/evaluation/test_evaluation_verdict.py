@@ -1,0 +1,71 @@
+"""What was heard, what to record next, and the five lines of the verdict."""
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dnnvss.evaluation.coverage import EXAMPLES, Coverage, next_prompts, prompt_pairs, prompts
+from dnnvss.evaluation.report import evaluate
+from dnnvss.evaluation.verdict import verdict
+from dnnvss.phones import SPOKEN
+from dnnvss.runs.voice import Voice
+from dnnvss.systems import Example
+from dnnvss.text.sentence import parse
+
+
+def heard(*texts: str) -> Coverage:
+    phones = [parse(text).phones for text in texts]
+    triphones = {f"{a}-{b}+{c}" for own in phones
+                 for a, b, c in zip(("sil", *own[:-1]), own, (*own[1:], "sil"), strict=True)}
+    return Coverage.of(Counter(p for own in phones for p in own), triphones)
+
+
+@pytest.mark.parametrize("variant", ["en_us", "en_gb"])
+def test_the_sentences_hold_every_sound(variant: str) -> None:
+    said = {p for pairs in prompt_pairs(variant).values() for pair in pairs for p in pair}
+    assert said >= set(SPOKEN) and set(EXAMPLES) == set(SPOKEN)
+    assert len(set(prompts())) == len(prompts()) >= 60
+
+
+def test_coverage_counts_pairs_as_often_as_they_come() -> None:
+    nothing = Coverage.of(Counter(), ())
+    assert nothing.share("en_us") == 0 and nothing.missing == SPOKEN
+    everything = heard(*prompts())
+    assert everything.share("en_us") == pytest.approx(1) and not everything.missing
+    one = heard(prompts()[0])
+    wanted = Counter(pair for pairs in prompt_pairs("en_us").values() for pair in pairs.elements())
+    expected = sum(n for pair, n in wanted.items() if pair in prompt_pairs("en_us")[prompts()[0]]) / wanted.total()
+    assert one.share("en_us") == pytest.approx(expected)
+
+
+def test_what_adds_most_is_recorded_next() -> None:
+    assert next_prompts(heard(*prompts()), "en_us") == []
+    lacking = [text for text in prompts() if "OY" not in parse(text).phones]
+    assert "OY" in parse(next_prompts(heard(*lacking), "en_us", 1)[0]).phones
+    first = next_prompts(Coverage.of(Counter(), ()), "en_us", 5)
+    assert len(set(first)) == 5
+    gained = [heard(*first[:k]).share("en_us") for k in range(1, 6)]
+    assert gained == sorted(gained) and gained[0] > 0.05
+
+
+def judged(examples: dict[str, list[Example]], error: float, count: int) -> tuple[str, ...]:
+    rng, used = np.random.default_rng(0), examples["train"][:count]
+    truth = {e.id: e.measured[0][:, 0].astype(float) for e in used}
+    systems = {"model": {i: x + error * rng.normal(size=x.shape) for i, x in truth.items()},
+               "phone mean": {i: x + 1.5 * rng.normal(size=x.shape) for i, x in truth.items()},
+               "training mean": {i: np.zeros_like(x) for i, x in truth.items()}}
+    voice = Voice(("AA",), ("sil",), "en_us", "25", "", frozenset({"sil-AA+sil"}))
+    return verdict(evaluate(systems, truth), "kernel", examples["train"], voice).lines
+
+
+def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    lines = judged(examples, 0.1, 8)
+    assert len(lines) == 5 and lines[0].startswith("Trained on 8 sentences with ")
+    assert "of the 39 sounds of English" in lines[1] and "never heard" in lines[1]
+    assert "not chance" in lines[2] and "kernel correlates with the talker by 0.9" in lines[2]
+    assert lines[3].count("“") == 3 and "closely" in lines[4]
+    assert "may be chance" in judged(examples, 1.5, 8)[2]
+    few = judged(examples, 0.1, 4)[2]
+    assert "4 are too few" in few and "(" not in few

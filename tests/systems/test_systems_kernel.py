@@ -1,0 +1,65 @@
+"""Kernel regression against its equation, and an ensemble against its parts."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import CLOCK, TABLE
+from scipy.spatial.distance import cdist
+
+from dnnvss.curves import derivatives, mlpg
+from dnnvss.errors import DnnvssError
+from dnnvss.phones import PHONES
+from dnnvss.systems import Example
+from dnnvss.systems.ensemble import Ensemble, EnsembleSettings
+from dnnvss.systems.kernel import KernelRegression, KernelSettings, described
+
+
+def test_the_prediction_is_that_of_the_equation(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    model = KernelRegression(TABLE, CLOCK, KernelSettings(rate=100, noise=0.5))
+    model.fit(examples["train"], examples["val"], tmp_path)
+    seen = np.concatenate([model.seen(e) for e in examples["train"]]).astype(np.float32)
+    said = np.concatenate([e.measured[0][:, 0] for e in examples["train"]]).astype(float)
+
+    def kernel(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.exp(-(cdist(a, b) ** 2) / (2 * model.width_**2))
+
+    centre = said.mean(0)
+    weights = np.linalg.inv(kernel(seen, seen) + 0.5 * np.eye(len(seen))) @ (said - centre)
+    for example in examples["test"]:
+        static = centre + kernel(model.seen(example), seen) @ weights
+        np.testing.assert_allclose(model.predict(example).mean, derivatives(static), atol=1e-5)
+
+
+def test_noise_draws_to_the_mean_and_too_many_frames_are_thinned(examples: dict[str, list[Example]],
+                                                                tmp_path: Path) -> None:
+    still = KernelRegression(TABLE, CLOCK, KernelSettings(noise=1e9))
+    still.fit(examples["train"], examples["val"], tmp_path)
+    static = still.predict(examples["test"][0]).mean[:, 0]
+    np.testing.assert_allclose(static, np.broadcast_to(still.mean_, static.shape), atol=1e-5)
+    few = KernelRegression(TABLE, CLOCK, KernelSettings(most=50))
+    few.fit(examples["train"], examples["val"], tmp_path)
+    assert 25 < len(few.seen_) <= 50
+
+
+def test_phones_are_as_near_as_they_are_made() -> None:
+    rows = described(0.5, 1.0)
+    far = cdist(rows, rows)
+    p, b, aa, sil = (PHONES.index(name) for name in ("P", "B", "AA", "sil"))
+    assert far[p, b] < far[p, aa] and far[p, b] < far[p, sil] and far[p, b] > 0
+
+
+def test_places_without_a_weight_are_refused() -> None:
+    with pytest.raises(DnnvssError, match="have 2, 7 and 7 values"):
+        KernelSettings(places=(0.0, 0.1))
+
+
+def test_an_ensemble_says_the_mean_of_what_its_systems_say(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    model = Ensemble(TABLE, CLOCK, EnsembleSettings({"phone_mean": {}, "kernel": {"noise": 1.0}}))
+    model.fit(examples["train"], examples["val"], tmp_path)
+    example = examples["test"][0]
+    parts = [mlpg(p.mean, p.variance) for p in (s.predict(example) for s in model.systems.values())]
+    np.testing.assert_allclose(model.predict(example).mean[:, 0], np.mean(parts, axis=0), atol=1e-6)
+    assert model.phone_durations(example) is None
+    with pytest.raises(DnnvssError, match=r"model\.systems\.kernel\.nose is no setting"):
+        EnsembleSettings({"kernel": {"nose": 1.0}})
