@@ -49,6 +49,7 @@ class Ensemble(VisualModel):
 
     system = "ensemble"
     reads = frozenset({"phones", "words"})
+    looks_up = frozenset({"phones"})
     Settings = EnsembleSettings
     settings: EnsembleSettings
 

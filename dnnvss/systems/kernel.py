@@ -39,7 +39,7 @@ class KernelSettings:
     width: float = setting(0.7, above=0, doc="of the kernel, in units of the typical distance of two frames")
     noise: float = setting(0.3, above=0, doc="variance that is no speech, as a share of what the kernel explains")
     rate: float = setting(33, above=0, doc="frames a second that are learnt from: neighbours say the same")
-    most: int = setting(4000, least=2, doc="frames that are learnt from at most, evenly spread")
+    most: int = setting(2500, least=2, doc="frames that are learnt from at most, evenly spread")
 
     def __post_init__(self) -> None:
         check_settings(self, "model")
@@ -68,6 +68,7 @@ class KernelRegression(VisualModel):
 
     system = "kernel"
     reads = frozenset({"phones"})
+    looks_up = frozenset({"phones"})
     Settings = KernelSettings
     settings: KernelSettings
 
