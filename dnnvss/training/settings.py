@@ -26,7 +26,7 @@ class FitSettings:
         utterances: whole utterances a step, of networks over time and of the passes of ``refine``.
         epochs: at most so many passes.
         steps: optimisation steps at least: where all epochs together have fewer, each passes over the frames several
-            times. What a corpus of ten sentences needs is steps, and a pass over it has five. Not of networks over time.
+            times. What ten sentences need is steps, and a pass over them has five. Not of networks over time.
         share: part of the training frames drawn, anew, in each epoch; neighbours at 100 frames a second are redundant.
         patience: epochs without a better static error on the validation frames before the fit stops.
         reduction: ``sum`` or ``mean`` of the squared errors over the outputs (always the mean over the batch).
