@@ -1,7 +1,7 @@
 """Real pieces of the recordings, chosen by the trajectory that a network or any other system predicts."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,11 @@ from dnnvss.face.base import Face
 from dnnvss.features import FeatureTable, phones_of
 from dnnvss.phones import PHONES
 from dnnvss.settings import setting
-from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel, pooled
+from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel
 from dnnvss.systems.codebook import Choice, Codebook, CodebookSettings
 from dnnvss.systems.codebook_units import SAMPLES
+from dnnvss.systems.guide import check_guide, make_guide, stretch_of
 from dnnvss.systems.network import MembersSettings, NetworkModel, NetworkSettings
-from dnnvss.systems.registry import check_inputs, read_system
 from dnnvss.timing import FrameClock
 
 
@@ -40,7 +40,7 @@ class GuidedSettings(MembersSettings):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.guide is not None:
-            read_system("", self.guide, "model.guide", "model.guide.fit")
+            check_guide(self.guide)
         if self.examples > self.candidates:
             raise DnnvssError(f"model.candidates={self.candidates} is less than model.examples={self.examples}",
                               remedy="Give as many candidates as examples, or more")
@@ -91,9 +91,7 @@ class GuidedCodebook(VisualModel):
         """Fit the guide and keep the training trajectories."""
         self.leader.fit(train, val, folder / "network")
         self.book.fit(train, val, folder)
-        predicted = np.concatenate([self.leader.predict(e).mean[e.valid, 0] for e in val]).astype(np.float64)
-        self.centre_ = predicted.mean(axis=0)
-        self.stretch_ = pooled(val)[:, 0].std(axis=0, dtype=np.float64) / np.maximum(predicted.std(axis=0), 1e-12)
+        self.centre_, self.stretch_ = stretch_of(self.leader, val)
         self._index()
 
     def predict(self, example: Example) -> Prediction:
@@ -134,11 +132,7 @@ class GuidedCodebook(VisualModel):
         s = self.settings
         if s.guide is None:
             return NetworkModel(self.table, self.clock, NetworkSettings(s.network, s.fit, s.members))
-        cls, settings = read_system("", s.guide, "model.guide", "model.guide.fit")
-        if "fit" in {f.name for f in fields(cls.Settings)} and "fit" not in s.guide:
-            settings = replace(settings, fit=s.fit)
-        check_inputs(f"guided model.guide.system={cls.system}", cls, self.table)
-        return cls(self.table, self.clock, settings)
+        return make_guide(s.guide, self.table, self.clock, s.fit)
 
     def _index(self) -> None:
         """Sample every example at five points, from its first moment to its last: (P, 5, D)."""

@@ -57,7 +57,7 @@ def test_a_preset_is_a_system_with_labels_that_it_reads(name: str) -> None:
         settings = composed(f"preset={name}")
     assert make_model(settings, settings.task).reads >= settings.task.table.needs & {"sound", "visemes"}
     cls, _ = read_system(settings.model_name, settings.model)
-    heard = name.startswith(("cca", "clusters", "voice"))
+    heard = name.startswith(("cca", "clusters", "segments", "voice"))
     assert driven_by(cls, settings.task.table) == ("voice and text" if name == "voice_text" else "voice" if heard else
                                                    "nothing" if name == "training_mean" else "text")
 
