@@ -69,6 +69,28 @@ def telephone(samples: np.ndarray) -> np.ndarray:
     return sosfilt(butter(4, _BAND, "bandpass", fs=RATE, output="sos"), samples).astype(samples.dtype)
 
 
+def altered(rng: np.random.Generator, samples: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
+    """Speech (n,) as it might come another time: what befalls it is drawn, and may be nothing.
+
+    Every second time another throat (0.85 to 1.2), every second time noise at 5 to 20 dB (white,
+    voices or music), one time in five a telephone; always another level (-12 to 6 dB).
+
+    Args:
+        rng: draws.
+        samples: of a recording.
+        others: recordings that voices under it are taken from.
+    """
+    if rng.random() < 0.5:
+        samples = another_throat(samples, rng.uniform(0.85, 1.2))
+    if rng.random() < 0.5:
+        count = len(samples)
+        under = [lambda: white(rng, count), lambda: babble(rng, count, others), lambda: music(rng, count)]
+        samples = with_noise(samples, under[rng.integers(3)](), rng.uniform(5, 20))
+    if rng.random() < 0.2:
+        samples = telephone(samples)
+    return (samples * 10 ** (rng.uniform(-12, 6) / 20)).astype(samples.dtype)
+
+
 def another_throat(samples: np.ndarray, factor: float) -> np.ndarray:
     """Speech (n,) whose pitch and formants are a factor higher, as long as it was.
 

@@ -32,6 +32,8 @@ class Analysis(ABC):
     """What its numbers count or measure."""
     paper: ClassVar[str]
     """Where it is defined."""
+    spread: ClassVar[float]
+    """About how much its numbers deviate in speech."""
     window: float
     causal: bool
 

@@ -17,6 +17,8 @@ from dnnvss.timing import FrameClock
 
 STEP = 320
 """Samples from one output to the next; output i belongs to sample ``320 i``."""
+SPREAD = 1.0
+"""About how much an output deviates."""
 _VERSION = 1
 _SILENCE = 50  # outputs of silence that follow a recording, as the encoder's training had it
 _MOST, _BESIDE = 1500, 125  # outputs at once (30 s, as in its training), and those beside that only help

@@ -3,8 +3,9 @@
 import numpy as np
 
 from dnnvss.acoustics.analysis import RATE, check_samples
-from dnnvss.acoustics.encoder import STEP, Encoder, causal_outputs, places_of
+from dnnvss.acoustics.encoder import SPREAD, STEP, Encoder, causal_outputs, places_of
 from dnnvss.acoustics.encoder_model import WIDTH
+from dnnvss.acoustics.normalise import Running
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock
 
@@ -15,16 +16,18 @@ class EncoderStream:
     Args:
         encoder: a causal one.
         clock: of the frames.
+        running: whether outputs are normalised by those so far.
 
     Raises:
         DnnvssError: the encoder hears all of the recording.
     """
 
-    def __init__(self, encoder: Encoder, clock: FrameClock) -> None:
+    def __init__(self, encoder: Encoder, clock: FrameClock, running: bool = False) -> None:
         if not encoder.causal:
             raise DnnvssError("labels.encoder hears the whole recording, so it cannot be worked out "
                               "as the sound comes", remedy="Use labels.encoder.causal=true")
         self.encoder, self.clock = encoder, clock
+        self._norm = Running(SPREAD, RATE / STEP) if running else None
         self._held, self._begin, self._heard, self._frames = np.zeros(0, np.float32), 0, 0, 0
         self._outputs, self._first = np.zeros((0, WIDTH), np.float32), 0
 
@@ -63,7 +66,10 @@ class EncoderStream:
     def _encode(self) -> None:
         """Make some outputs more; forget the sound that no later one hears."""
         made = causal_outputs(self._held, self.encoder, self._next, self._begin)
-        self._outputs = np.concatenate([self._outputs, made.astype(np.float16).astype(np.float32)])
+        made = made.astype(np.float16)
+        if self._norm is not None:
+            made = self._norm.push(made)
+        self._outputs = np.concatenate([self._outputs, made.astype(np.float32)])
         oldest = self._next + self._reach - self.encoder.window
         spent = min(max(oldest * STEP - self._begin, 0), len(self._held))
         self._held, self._begin = self._held[spent:], self._begin + spent

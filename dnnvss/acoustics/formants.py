@@ -44,6 +44,7 @@ class Formants(Analysis):
 
     name = "formants"
     unit = "Hz"
+    spread = 300.0
     paper = "Theobald 2007, section 4.1"
 
     def __post_init__(self) -> None:

@@ -40,6 +40,7 @@ class LogMel(Analysis):
 
     name = "logmel"
     unit = "ln of power"
+    spread = 2.0
     paper = "Davis and Mermelstein 1980, mel bands"
 
     def __post_init__(self) -> None:

@@ -27,6 +27,7 @@ class Energy(Analysis):
 
     name = "energy"
     unit = "ln of power"
+    spread = 2.0
     paper = "ours"
 
     def __post_init__(self) -> None:

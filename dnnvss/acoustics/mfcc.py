@@ -50,6 +50,7 @@ class Mfcc(Analysis):
 
     name = "mfcc"
     unit = "ln of power, orthonormal DCT-II"
+    spread = 3.0
     paper = "Theobald 2007, section 4.1; Cosker 2004, section 3"
 
     def __post_init__(self) -> None:

@@ -37,6 +37,7 @@ class Lsf(Analysis):
 
     name = "lsf"
     unit = "radians a sample"
+    spread = 0.1
     paper = "Theobald 2007, section 4.1"
 
     def __post_init__(self) -> None:

@@ -40,6 +40,7 @@ class Lpc(Analysis):
 
     name = "lpc"
     unit = "share of an earlier sample"
+    spread = 0.5
     paper = "Theobald 2007, section 4.1"
 
     def __post_init__(self) -> None:

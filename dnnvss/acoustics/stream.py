@@ -3,6 +3,7 @@
 import numpy as np
 
 from dnnvss.acoustics.analysis import RATE, Analysis, check_samples, cut, window_starts
+from dnnvss.acoustics.normalise import Running
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock
 
@@ -15,17 +16,19 @@ class AcousticStream:
     Args:
         analysis: a causal one.
         clock: of the frames.
+        running: whether rows are normalised by those so far.
 
     Raises:
         DnnvssError: the analysis looks ahead.
     """
 
-    def __init__(self, analysis: Analysis, clock: FrameClock) -> None:
+    def __init__(self, analysis: Analysis, clock: FrameClock, running: bool = False) -> None:
         if not analysis.causal:
             raise DnnvssError(f"labels.{analysis.name} looks at sound behind its frame, so it "
                               "cannot be worked out as the sound comes",
                               remedy=f"Use labels.{analysis.name}.causal=true")
         self.analysis, self.clock = analysis, clock
+        self._norm = Running(analysis.spread, float(clock.rate)) if running else None
         self._held, self._first, self._heard, self._frames = np.zeros(0), 0, 0, 0
 
     def push(self, samples: np.ndarray) -> np.ndarray:
@@ -67,4 +70,4 @@ class AcousticStream:
         ahead = window_starts(self.analysis, self.clock, np.array([self._frames]))[0]
         spent = min(max(int(ahead) - self._first, 0), len(self._held))
         self._held, self._first = self._held[spent:], self._first + spent
-        return out
+        return out if self._norm is None else self._norm.push(out)

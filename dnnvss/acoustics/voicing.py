@@ -38,6 +38,7 @@ class Voicing(Analysis):
 
     name = "voicing"
     unit = "share"
+    spread = 0.3
     paper = "Boersma 1993"
 
     def __post_init__(self) -> None:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import combinations
@@ -193,7 +193,14 @@ class Corpus:
         Raises:
             DnnvssError: the utterance has none.
         """
-        return Sound(read_audio(self.path(utterance, "audio"), SPEECH_RATE), SPEECH_RATE, self.root / "sound")
+        samples = read_audio(self.path(utterance, "audio"), SPEECH_RATE)
+        return Sound(samples, SPEECH_RATE, self.root / "sound", self._sounds)
+
+    @cached_property
+    def _sounds(self) -> Callable[[], Iterator[Sound]]:
+        """What gives all recordings that have sound."""
+        heard = [u for u in self.utterances.values() if u.audio]
+        return lambda: map(self.sound, heard)
 
     @cached_property
     def fingerprint(self) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from dnnvss.acoustics import Encoder, Energy, Formants, LogMel, Lpc, Lsf, Mfcc, Voicing
+from dnnvss.acoustics import HOW, Encoder, Energy, Formants, LogMel, Lpc, Lsf, Mfcc, Voicing
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import check_settings, setting
 
@@ -24,6 +24,8 @@ class Settings:
         logmel_offsets: the frames around the current one at which it is seen, each once and 0 not among them.
         mfcc, lpc, lsf, formants, energy, voicing: likewise, each an analysis of the sound.
         sound_offsets: the frames around the current one at which these are seen.
+        sound_norm: over what the mean and deviation of the columns of a sound are taken out: nothing, all recordings
+            of the talker, the recording, or what was heard of it so far, which is causal.
         encoder, encoder_offsets: likewise, how a pretrained encoder hears the sound.
 
     Raises:
@@ -44,6 +46,7 @@ class Settings:
     voicing: Voicing = setting(Voicing(), doc="periodicity of the sound")
     sound_offsets: tuple[int, ...] = setting((-1, 1), least=-1000, most=1000,
                                              doc="frames around the current one at which these are seen")
+    sound_norm: str = setting("none", choices=HOW, doc="over what columns of a sound are normalised")
     encoder: Encoder = setting(Encoder(), doc="how a pretrained encoder hears the sound")
     encoder_offsets: tuple[int, ...] = setting((-16, -8, 8, 16), least=-1000, most=1000,
                                                doc="frames around the current one at which it is seen")
@@ -56,6 +59,11 @@ class Settings:
             if 0 in offsets or len(set(offsets)) != len(offsets):
                 raise DnnvssError(f"labels.{name}={list(offsets)} names a frame twice, or the current one",
                                   remedy=f"Give each frame once; the block {block} has the current one")
+
+    @property
+    def norm(self) -> str:
+        """What the keys of sources of sound end in: their normalisation, nothing without one."""
+        return "" if self.sound_norm == "none" else f"-{self.sound_norm}"
 
     @property
     def offsets(self) -> tuple[int, ...]:

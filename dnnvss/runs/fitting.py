@@ -116,9 +116,9 @@ def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratc
     Raises:
         DnnvssError: a split with nothing to learn from.
     """
-    task = settings.task
+    task, altered = settings.task, settings.trainer.get("altered", 0)
     if "visemes" not in task.table.sources:
-        examples = split_examples(task, corpus, encoded, settings.split, None, scratch)
+        examples = split_examples(task, corpus, encoded, settings.split, None, scratch, altered)
         folds = _folds(settings, examples)
         return Material(settings, corpus, encoded, _pooled(examples) if folds else examples, folds=folds)
     if settings.folds:
@@ -127,7 +127,7 @@ def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratc
     plan = UnitPlan.from_config(settings.visemes)
     units = corpus_units(corpus, encoded, settings.split, task.clock, plan, scratch)
     tiers = units.tiers(plan, encoded.splits["train"])
-    examples = split_examples(task, corpus, encoded, settings.split, tiers, scratch)
+    examples = split_examples(task, corpus, encoded, settings.split, tiers, scratch, altered)
     return Material(settings, corpus, encoded, examples, plan, units)
 
 

@@ -1,12 +1,13 @@
 """From a prepared corpus to the examples that models see."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from dnnvss import files
+from dnnvss.acoustics import alter
 from dnnvss.corpus import SPLITS, Corpus, Utterance
 from dnnvss.curves import Windows, derivatives, resample
 from dnnvss.errors import DnnvssError
@@ -16,6 +17,9 @@ from dnnvss.media import Sound
 from dnnvss.phones import SILENCES
 from dnnvss.systems.base import Example
 from dnnvss.timing import Alignment, FrameClock, Tier
+
+_VOICES = 40
+"""Recordings from which voices under another are taken."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ def _reached(valid: np.ndarray, reach: int) -> np.ndarray:
 
 def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,
                    visemes: Mapping[str, Sequence[Tier]] | None = None,
-                   scratch: Path | None = None) -> dict[str, list[Example]]:
+                   scratch: Path | None = None, altered: int = 0) -> dict[str, list[Example]]:
     """Return the examples of ``train``, ``val`` and ``test``.
 
     Args:
@@ -82,6 +86,7 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
         visemes: the tiers of each utterance, by id.
         scratch: folder of a file without a name from which the targets are mapped, so that a corpus of many hours does
             not fill the memory; in memory if left out.
+        altered: copies of each training recording with an altered sound, as alternatives, where the labels read it.
 
     Raises:
         DnnvssError: a split has no utterance with a measured frame.
@@ -93,7 +98,10 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
             raise DnnvssError(f"the split {name!r} has no measured frame: {len(kept)} utterances, and "
                               f"{len(given) - len(kept)} left out (see above)", file=corpus.root,
                               remedy="Mend or replace these clips, or give the split more of them, and prepare again")
-    return {name: _in(scratch, make_examples(task, corpus, given, encoded, visemes)) for name, given in splits.items()}
+    made = {name: make_examples(task, corpus, given, encoded, visemes) for name, given in splits.items()}
+    if altered and "sound" in task.table.needs:
+        made["train"] = with_altered(task, corpus, made["train"], altered)
+    return {name: _in(scratch, examples) for name, examples in made.items()}
 
 
 def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:
@@ -119,6 +127,17 @@ def make_examples(task: Task, corpus: Corpus, utterances: Sequence[Utterance], e
             clip = encoded.clip(u.id)
             tiers = visemes[u.id] if visemes else ()
             yield task.example(u, clip.parameters, clip.valid, tiers, task.sound(corpus, u))
+
+
+def with_altered(task: Task, corpus: Corpus, examples: Iterable[Example], copies: int) -> Iterator[Example]:
+    """Examples that have the same with an altered sound among their alternatives, the same in every run."""
+    voices = [corpus.sound(u).samples for u in corpus.utterances.values() if u.audio][:_VOICES]
+    for example in examples:
+        utterance, own = corpus.utterances[example.id], corpus.sound(corpus.utterances[example.id])
+        rng = np.random.default_rng(list(example.id.encode()))
+        sounds = [replace(own, samples=alter.altered(rng, own.samples, voices)) for _ in range(copies)]
+        codes = [encode(example.alignment, utterance.text, task.table, task.clock, sound) for sound in sounds]
+        yield replace(example, alternatives=(*example.alternatives, *codes))
 
 
 def word_frames(alignment: Alignment, clock: FrameClock, known: Collection[str]) -> np.ndarray:

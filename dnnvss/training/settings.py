@@ -42,6 +42,8 @@ class FitSettings:
         nodes: machines that share the fit.
         strategy: how devices share it: ``auto``, ``ddp``. A batch is shared out, so that results do not depend on it.
             ``alone`` takes no notice of a cluster that the process is part of.
+        altered: copies of each training recording with another throat, noise, band or level, from which networks whose
+            labels read the sound learn in turn with the recording itself (:func:`dnnvss.acoustics.alter.altered`).
         seed: of initial weights, batches and dropout.
         progress: show a progress bar.
         figure_every: epochs between trajectory figures in TensorBoard; 0 for none.
@@ -77,6 +79,7 @@ class FitSettings:
     devices: int = 1
     nodes: int = setting(1, least=1)
     strategy: str = "auto"
+    altered: int = setting(0, least=0, most=20)
     seed: int = setting(0, least=0)
     progress: bool = True
     figure_every: int = setting(5, least=0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dnnvss.acoustics import RATE, Formants, analyse
-from dnnvss.acoustics.alter import another_throat, babble, music, speech_power, telephone, white, with_noise
+from dnnvss.acoustics.alter import altered, another_throat, babble, music, speech_power, telephone, white, with_noise
 from dnnvss.media import Sound
 from dnnvss.timing import FrameClock
 
@@ -66,3 +66,13 @@ def test_another_throat_says_the_same_at_the_same_time() -> None:
                   for s in (vowel, another_throat(vowel, 1.15)))
     np.testing.assert_allclose(moved[:2] / own[:2], 1.15, rtol=0.06)
     assert another_throat(np.zeros(10), 1.2).shape == (10,)
+
+
+def test_what_befalls_a_recording_is_drawn() -> None:
+    speech = np.concatenate([np.zeros(RATE // 2), tone(200, 0.5), np.zeros(RATE // 2)]).astype(np.float32)
+    made = [altered(np.random.default_rng(k), speech, [tone(300, 0.2)]) for k in range(20)]
+    assert all(m.shape == speech.shape and m.dtype == np.float32 and np.isfinite(m).all() for m in made)
+    clean = [m for m in made if abs(peak(m) - 200) < 2 and not m[:100].any()]
+    assert 1 <= len(clean) <= 10  # some keep all but their level
+    np.testing.assert_array_equal(altered(np.random.default_rng(3), speech, [speech]),
+                                  altered(np.random.default_rng(3), speech, [speech]))

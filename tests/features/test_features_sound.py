@@ -22,6 +22,7 @@ from dnnvss.features import (
     expand,
     phones_of,
 )
+from dnnvss.features.stream import FeatureStream
 from dnnvss.media import Sound
 from dnnvss.timing import Alignment, FrameClock, Tier
 
@@ -221,3 +222,37 @@ def test_the_encoder_is_a_source_between_its_outputs(monkeypatch: pytest.MonkeyP
         store.with_table(FeatureTable.from_config({"blocks": ["encoder"], "encoder": {"causal": True}}))
     with pytest.raises(DnnvssError, match="labels=x reads the sound, and there is none"):
         encode(alignment_of(0.1), "", FeatureTable.from_config({"blocks": ["encoder"], "name": "x"}), CLOCK)
+
+
+@pytest.mark.parametrize("how", ["talker", "recording", "running"])
+def test_columns_are_normalised_as_the_labels_say(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dnnvss.features.sources.encoder.encoder_outputs", lambda sound, made: np.random.default_rng(
+        len(sound.samples)).normal(5, 3, (len(sound.samples) // 320 + 2, 384)).astype(np.float16))
+    sounds = [sound_of(0.4), sound_of(0.3, 1)]
+    own = Sound(sounds[0].samples, 16000, None, lambda: sounds)
+    made = {"blocks": ["logmel", "encoder"], "logmel": {"bands": 5}}
+    plain, table = (FeatureTable.from_config({**made, "sound_norm": n}) for n in ("none", how))
+    rows, other, got = (encode_recording(Recording(None, sound=s), t, CLOCK).numeric(np.arange(len_))
+                        for s, t, len_ in ((own, plain, 40), (sounds[1], plain, 30), (own, table, 40)))
+    both = np.concatenate([rows, other]) if how == "talker" else rows
+    if how == "running":
+        expected = np.stack([(rows[k, 0] - rows[: k + 1, 0].mean()) / np.sqrt(
+            (((rows[: k + 1, 0] - rows[: k + 1, 0].mean()) ** 2).sum() + 400) / (101 + k)) for k in range(40)])
+    else:
+        expected = (rows[:, 0] - both[:, 0].mean()) / both[:, 0].std()
+        assert abs(got[:, 5:].mean()) < 0.1 and got[:, 5:].std() == pytest.approx(0.9, abs=0.2)
+    np.testing.assert_allclose(got[:, 0], expected, atol=1e-4)
+    assert table.hash != plain.hash
+    with pytest.raises(DnnvssError, match="its logmel were worked out with other settings"):
+        encode_recording(Recording(None, sound=own), table, CLOCK).with_table(plain)
+
+
+def test_streams_normalise_as_the_labels_say() -> None:
+    sound = sound_of(0.5)
+    made = {"blocks": ["logmel", "logmel_window"], "logmel": {"bands": 5, "causal": True}, "logmel_offsets": [-2, 3]}
+    table = FeatureTable.from_config({**made, "sound_norm": "running"})
+    codes, stream = encode_recording(Recording(None, sound=sound), table, CLOCK), FeatureStream(table, CLOCK)
+    rows = [stream.push(part)[1] for part in np.array_split(sound.samples, 7)] + [stream.finish()[1]]
+    np.testing.assert_allclose(np.concatenate(rows), codes.numeric(np.arange(50)), atol=1e-6)
+    with pytest.raises(DnnvssError, match=r"labels.sound_norm=recording looks at whole recordings.*=running"):
+        FeatureStream(FeatureTable.from_config({**made, "sound_norm": "recording"}), CLOCK)

@@ -14,7 +14,7 @@ from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, Settings
 from dnnvss.media import Sound, write_wav
-from dnnvss.systems.examples import Task, make_examples
+from dnnvss.systems.examples import Task, make_examples, with_altered
 from dnnvss.timing import Alignment, Tier
 
 TABLE = FeatureTable(("centre_phone", "logmel"), Settings(logmel=LogMel(bands=3)), "labels=mine")
@@ -59,3 +59,16 @@ def test_labels_without_sound_open_none(tmp_path: Path) -> None:
     with pytest.raises(DnnvssError, match=r"labels=mine reads the sound, and there is none.*wav="):
         task.example(corpus.utterances["a"])
     assert isinstance(task.sound(corpus, corpus.utterances["a"]), Sound)
+
+
+def test_altered_sounds_are_alternatives_the_same_each_time(tmp_path: Path) -> None:
+    corpus = corpus_of(tmp_path)
+    task = Task(TABLE, CLOCK, STATIC_DELTA_DELTA2)
+    examples = list(make_examples(task, corpus, [corpus.utterances["a"]], encoded()))
+    (first,), (again,) = (list(with_altered(task, corpus, examples, 3)) for _ in range(2))
+    numbers = [codes.numeric(np.arange(40)) for codes in (first.codes, *first.alternatives)]
+    assert len(numbers) == 4
+    assert all((one != other).any() for k, one in enumerate(numbers) for other in numbers[:k])
+    for codes, same in zip(first.alternatives, again.alternatives, strict=True):
+        np.testing.assert_array_equal(codes.numeric(np.arange(40)), same.numeric(np.arange(40)))
+        np.testing.assert_array_equal(codes.active(np.arange(40)), first.codes.active(np.arange(40)))

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss.acoustics import encoder_outputs, places_of
+from dnnvss.acoustics import RATE, encoder_outputs, normalised, places_of, talker_moments
+from dnnvss.acoustics.encoder import SPREAD, STEP
 from dnnvss.features.block import Block, Settings, at_offsets, numeric
 from dnnvss.features.fields import Field
 from dnnvss.features.recording import Recording
 from dnnvss.features.sources.base import FeatureSource
-from dnnvss.features.sources.sound import heard
+from dnnvss.features.sources.sound import heard, told_norm
 from dnnvss.features.view import View
 from dnnvss.timing import FrameClock
 
@@ -27,7 +28,7 @@ def _fields(settings: Settings) -> Mapping[str, Field]:
 
 def _blocks(settings: Settings) -> list[Block]:
     made, names, offsets = settings.encoder, settings.encoder.columns, settings.encoder_offsets
-    what = f"the outputs of a pretrained encoder of speech (encoder {made.key})"
+    what = f"the outputs of a pretrained encoder of speech (encoder {made.key})" + told_norm(settings)
     return [
         numeric("encoder", "frame", ("encoder",), _UNIT, _PAPER, f"{what} at this frame", names, _at_frame),
         numeric("encoder_window", "frame", ("encoder",), _UNIT, _PAPER,
@@ -57,7 +58,9 @@ def _told(view: View, frames: Any) -> Any:
 
 def _encode(recording: Recording, settings: Settings, clock: FrameClock, frames: int) -> dict[str, Any]:
     sound, first = heard(recording, clock)
-    outputs = encoder_outputs(sound, settings.encoder)
+    made = settings.encoder
+    outputs = normalised(encoder_outputs(sound, made), settings.sound_norm, SPREAD, RATE / STEP, lambda: talker_moments(
+        sound, lambda other: encoder_outputs(other, made), made, SPREAD))
     before, share = places_of(clock, first + np.arange(frames), len(outputs))
     return {"encoder": outputs, "encoder_before": before, "encoder_share": share}
 
@@ -77,5 +80,5 @@ ENCODER_SOURCE = FeatureSource(
     encode=_encode,
     absent=("needs the sound, and there is none", "Encode recordings with their sound"),
     facts=_facts,
-    key=lambda settings: settings.encoder.key,
+    key=lambda settings: settings.encoder.key + settings.norm,
 )

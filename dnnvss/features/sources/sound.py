@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss.acoustics import Analysis, analyse
+from dnnvss.acoustics import Analysis, Moments, analyse, normalised, talker_moments
 from dnnvss.errors import DnnvssError
 from dnnvss.features.block import Block, Settings, at_offsets, numeric
 from dnnvss.features.fields import Field
@@ -27,9 +27,11 @@ def offsets_of(settings: Settings, name: str) -> tuple[int, ...]:
     return settings.logmel_offsets if name == "logmel" else settings.sound_offsets
 
 
-def dense_blocks(name: str, made: Analysis, offsets: tuple[int, ...]) -> list[Block]:
+def dense_blocks(name: str, settings: Settings) -> list[Block]:
     """The block of a source's columns at the frame, and the one of its columns at frames around."""
+    made, offsets = analysis_of(settings, name), offsets_of(settings, name)
     (what, how), names = made.meaning, made.columns
+    how += told_norm(settings)
     return [
         numeric(name, "frame", (name,), made.unit, made.paper, f"{what} of this frame {how}", names,
                 partial(at_frame, name)),
@@ -37,6 +39,12 @@ def dense_blocks(name: str, made: Analysis, offsets: tuple[int, ...]) -> list[Bl
                 f"{what} of a few frames around {how}; the ends of the utterance are held",
                 at_offsets(offsets, names), partial(around, name, offsets)),
     ]
+
+
+def told_norm(settings: Settings) -> str:
+    """How columns of a sound are normalised, in words; nothing where they are not."""
+    what = {"none": "", "talker": "recordings of the talker", "recording": "recording", "running": "recording so far"}
+    return (told := what[settings.sound_norm]) and f", normalised by the {told}"
 
 
 def at_frame(name: str, view: View, start: int, pad: int) -> Any:
@@ -73,11 +81,19 @@ def _source(name: str) -> FeatureSource:
         return {name: Field("frame", np.float32, analysis_of(settings, name).columns)}
 
     def blocks(settings: Settings) -> list[Block]:
-        return dense_blocks(name, analysis_of(settings, name), offsets_of(settings, name))
+        return dense_blocks(name, settings)
 
     def encode(recording: Recording, settings: Settings, clock: FrameClock, frames: int) -> dict[str, Any]:
-        sound, first = heard(recording, clock)
-        return {name: analyse(sound, analysis_of(settings, name), clock, first, frames)}
+        (sound, first), made = heard(recording, clock), analysis_of(settings, name)
+
+        def whole(other: Sound) -> np.ndarray:
+            return analyse(other, made, clock, 0, clock.edge(other.seconds))
+
+        def talker() -> Moments:
+            return talker_moments(sound, whole, (made, clock), made.spread)
+
+        rows = analyse(sound, made, clock, first, frames)
+        return {name: normalised(rows, settings.sound_norm, made.spread, float(clock.rate), talker)}
 
     def facts(settings: Settings, clock: FrameClock) -> str:
         at = ", ".join(f"{1000 * clock.seconds(offset):+g}" for offset in offsets_of(settings, name))
@@ -86,7 +102,7 @@ def _source(name: str) -> FeatureSource:
 
     return FeatureSource(name, frozenset({"sound"}), fields, blocks, encode,
                          ("needs the sound, and there is none", "Encode recordings with their sound"), facts,
-                         key=lambda settings: analysis_of(settings, name).key)
+                         key=lambda settings: analysis_of(settings, name).key + settings.norm)
 
 
 SOUND_SOURCES = tuple(map(_source, ("logmel", "mfcc", "lpc", "lsf", "formants", "energy", "voicing")))
