@@ -74,8 +74,8 @@ _HEARD = frozenset(source.name for source in (*SOUND_SOURCES, ENCODER_SOURCE))
 
 def _stream(settings: Settings, name: str, clock: FrameClock) -> AcousticStream | EncoderStream:
     if (norm := settings.sound_norm) not in ("none", "running"):
-        raise DnnvssError(f"labels.sound_norm={norm} looks at whole recordings, so it cannot be worked out as the sound "
-                          "comes", remedy="Train with labels.sound_norm=running or none")
+        raise DnnvssError(f"labels.sound_norm={norm} looks at whole recordings, so it cannot be worked out "
+                          "as the sound comes", remedy="Train with labels.sound_norm=running or none")
     running = norm == "running"
     if name == ENCODER_SOURCE.name:
         return EncoderStream(settings.encoder, clock, running)
