@@ -37,7 +37,7 @@ def choose(options: argparse.Namespace) -> None:
 
 def page(options: argparse.Namespace) -> None:
     """Serve the page until Ctrl-C."""
-    from dnnvss.studio.labelling import LabelDesk
+    from dnnvss.studio.labelling import LabelDesk, next_command
     from dnnvss.studio.server import Server
 
     sheet = Sheet.open(options.folder)
@@ -46,7 +46,8 @@ def page(options: argparse.Namespace) -> None:
         with suppress(KeyboardInterrupt):
             server.wait()
     sheet = Sheet.open(options.folder)
-    print(f"\n{len(sheet.done)} of {len(sheet.labels)} frames are finished; all is saved")
+    print(f"\n{len(sheet.done)} of {len(sheet.labels)} frames are finished; all is saved"
+          + (f"; now: {next_command(sheet)}" if len(sheet.done) == len(sheet.labels) else ""))
 
 
 def take(options: argparse.Namespace) -> None:
@@ -65,7 +66,9 @@ def check(options: argparse.Namespace) -> None:
         raise DnnvssError(f"{len({d.image for d in found})} of {len(sheet.labels)} labels need a look",
                           file=options.folder,
                           remedy=f"Look at them on the page: dnnvss label page {shlex.quote(str(options.folder))}")
-    print(f"all {len(sheet.labels)} labels are finished, and none looks wrong")
+    from dnnvss.studio.labelling import next_command
+
+    print(f"all {len(sheet.labels)} labels are finished, and none looks wrong; now: {next_command(sheet)}")
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -8,6 +8,7 @@ search models and the report. A second call tracks only what is new: videos that
 ``tracking/search_own.npz`` to have it learnt anew.
 """
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -32,4 +33,7 @@ def main(arguments: Sequence[str]) -> int:
     report = track_folder(options.labels, options.videos, options.out, own=options.own, jobs=options.jobs,
                           settings=SearchSettings(colour=options.colour))
     print(f"{summary(report)}\nwrote {report}")
+    if options.out is None and options.videos.is_dir():
+        print("now, with the words of each video beside it (ID.txt): "
+              f"dnnvss prepare corpus=folder corpus.raw={shlex.quote(str(options.videos))}")
     return DONE

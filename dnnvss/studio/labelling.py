@@ -1,5 +1,6 @@
 """The page on which points are dragged."""
 
+import shlex
 import threading
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,15 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.labelling.doubts import doubts
+from dnnvss.face.aam.labelling.schemes import SCHEMES
 from dnnvss.face.aam.labelling.sheet import Sheet
+from dnnvss.face.aam.labelling.suggest import suggest
 from dnnvss.studio.page import Page, Route
+
+
+def next_command(sheet: Sheet) -> str:
+    """What to type once every label is finished."""
+    return f"dnnvss track {shlex.quote(str(sheet.folder))} {shlex.quote(sheet.videos or 'VIDEOS')}"
 
 
 class LabelDesk:
@@ -20,7 +28,7 @@ class LabelDesk:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self._lock = folder, threading.Lock()
+        self.folder, self._lock, self._learning = folder, threading.Lock(), threading.Lock()
 
     @property
     def sheet(self) -> Sheet:
@@ -41,15 +49,19 @@ class LabelDesk:
         """What the page needs to know: groups, lines, labels and how far they are."""
         sheet = self.sheet
         groups = [{"name": g, "start": a, "stop": b, "closed": sheet.closed[g]} for g, (a, b) in sheet.groups.items()]
-        labels = [{"image": each.image, "video": each.video, "frame": each.frame, "done": each.image in sheet.done}
-                  for each in sheet.labels]
-        return {"folder": str(sheet.folder), "scheme": sheet.scheme, "groups": groups, "labels": labels}
+        labels = [{"image": each.image, "video": each.video, "frame": each.frame, "done": each.image in sheet.done,
+                   "moved": each.image in sheet.moved} for each in sheet.labels]
+        known = SCHEMES.get(sheet.scheme)
+        layout = known.layout.tolist() if known is not None and known.groups == sheet.groups else None
+        return {"folder": str(sheet.folder), "scheme": sheet.scheme, "groups": groups, "labels": labels,
+                "layout": layout, "next": next_command(sheet)}
 
-    def points(self, image: str) -> list[list[float]]:
-        """The points of a picture, in pixels."""
+    def points(self, image: str) -> dict[str, Any]:
+        """The points of a picture, in pixels, and how they were placed; guesses learn from the finished labels."""
         sheet = self.sheet
-        points: list[list[float]] = sheet.read(sheet.label(image)).tolist()
-        return points
+        with self._learning:
+            guess = suggest(sheet, sheet.label(image))
+        return {"points": guess.points.tolist(), "how": guess.how}
 
     def picture(self, image: str) -> Path:
         """The file of a picture that the sheet names."""

@@ -14,8 +14,11 @@ from dnnvss.face.aam.labelling import export
 from dnnvss.face.aam.labelling.doubts import doubts
 from dnnvss.face.aam.labelling.guess import moving_mouth, place
 from dnnvss.face.aam.labelling.imports import import_into
-from dnnvss.face.aam.labelling.schemes import SCHEMES, find_scheme
+from dnnvss.face.aam.labelling.mesh import on_mesh
+from dnnvss.face.aam.labelling.schemes import SCHEMES, Group, Scheme, find_scheme
 from dnnvss.face.aam.labelling.sheet import Label, Sheet
+from dnnvss.face.aam.labelling.suggest import FIRST, FROM, suggest
+from dnnvss.face.landmarker import Region
 from dnnvss.formats.landmarks import LAYOUT_68, read_pts, write_pts
 from dnnvss.media.pictures import write_picture
 
@@ -60,17 +63,59 @@ def test_a_guess_lies_on_the_mouth_that_moves_or_in_the_middle() -> None:
     assert still.how == "middle of the picture" and still.points[:, 0].mean() == pytest.approx(SIZE[1] / 2, abs=1)
 
 
-def test_a_detector_places_the_layout_on_the_largest_face() -> None:
-    class Detector:
-        def detectMultiScale(self, grey: np.ndarray, *_: float) -> list[tuple[int, int, int, int]]:  # noqa: N802
-            assert grey.shape == SIZE
-            return [(0, 0, 10, 10), (20, 10, 50, 50)]
+class Detector:
+    """Two faces: a mesh whose points lie on a circle of the region's size, numbered round it."""
 
+    def __init__(self, certainty: float = 0.9) -> None:
+        self.certainty = certainty
+
+    def detect(self, image: np.ndarray) -> list[Region]:
+        assert image.shape == (*SIZE, 3)
+        return [Region((5.0, 5.0), 10.0, 0.0), Region((45.0, 30.0), 40.0, 0.0)]
+
+    def refined(self, image: np.ndarray, region: Region) -> tuple[np.ndarray, float]:
+        angle = np.linspace(0, 2 * np.pi, 478)
+        circle = np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.array(region.centre) + region.side / 2 * circle, self.certainty
+
+
+def test_a_landmarker_places_the_points_on_the_largest_face() -> None:
     scheme = SCHEMES["ibug68"]
     guess = place(scheme, picture(0), None, Detector())
-    pupils = [guess.points[slice(*scheme.groups[g])].mean(axis=0) for g in ("right_eye", "left_eye")]
-    assert np.mean(pupils, axis=0) == pytest.approx([45, 29.5]) and guess.how == "face detector"
-    assert pupils[1][0] - pupils[0][0] == pytest.approx(20)
+    mesh, _ = Detector().refined(picture(0), Region((45.0, 30.0), 40.0, 0.0))
+    assert guess.points.shape == (68, 2) and guess.how == "face landmarks"
+    lips, eye = (guess.points[slice(*scheme.groups[g])] for g in ("lips_outer", "right_eye"))
+    assert lips[0] == pytest.approx(mesh[61]) and lips[6] == pytest.approx(mesh[291])  # its corners
+    assert eye[0] == pytest.approx(mesh[33]) and eye[3] == pytest.approx(mesh[133])
+    assert place(scheme, picture(0), None, Detector(0.2)).how == "middle of the picture"
+
+
+def test_points_of_a_line_are_evenly_spaced_between_its_ends() -> None:
+    scheme = Scheme("one", "", (Group("nose_base", np.zeros((7, 2))), Group("right_eye", np.zeros((2, 2)))))
+    mesh = np.zeros((478, 2))
+    mesh[[129, 98, 97, 2, 326, 327, 358]] = [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [3, 2], [3, 3]]
+    mesh[133] = [4, 4]
+    assert on_mesh(scheme, mesh).tolist() == [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [3, 2], [3, 3], [0, 0], [4, 4]]
+
+
+def test_guesses_learn_from_the_finished_labels(tmp_path: Path) -> None:
+    openings = [0, 1.5, 3, 4.5, 6, 2, 5, 3.5]
+    labels = tuple(Label("a.mp4", i, f"a_{i}.png", f"a_{i}.pts") for i in range(len(openings)))
+    truth = [face(o).astype(float) for o in openings]
+    for label, opening, points in zip(labels, openings, truth, strict=True):
+        write_picture(tmp_path / label.image, picture(opening))
+        write_pts(tmp_path / label.points, points + np.array([2, -1]))  # the guess
+    own = Sheet(tmp_path, {"face": (0, len(truth[0]))}, labels).save()
+    for label, points in list(zip(labels, truth, strict=True))[:FROM]:
+        assert suggest(own, labels[-1]).how == FIRST
+        own = own.write(label.image, points, done=True)
+    found = suggest(own, labels[-1])
+    assert found.how == "6 finished labels"
+    assert np.linalg.norm(found.points - truth[-1], axis=1).mean() < 0.5  # the first guess is 2.2 pixels away
+    assert own.read(labels[-1]) == pytest.approx(truth[-1] + np.array([2, -1]), abs=1e-4)  # nothing is written
+    moved = own.write(labels[-1].image, truth[-1] + 1, done=False)
+    assert Sheet.open(tmp_path).moved == moved.moved == {label.image for label in (*labels[:FROM], labels[-1])}
+    assert suggest(moved, labels[-1]).points == pytest.approx(truth[-1] + 1, abs=1e-4)
 
 
 def test_points_written_are_read_back_and_finished_ones_are_known(tmp_path: Path) -> None:

@@ -207,6 +207,19 @@ def test_points_are_dragged_in_a_browser_and_the_files_follow(served: Served, tm
         assert Sheet.open(folder).done == {"a_0.png"}
 
         before = (folder / "a_2.pts").read_bytes()
+        browser.key("Enter")  # an untouched guess: there is a question first
+        browser.wait("document.getElementById('said').textContent.includes('still a guess')")
+        assert Sheet.open(folder).done == {"a_0.png"} and browser.ask("document.getElementById('after').hidden")
+        browser.key("Enter")
+        browser.wait("sheet.labels[2].done")
+        assert Sheet.open(folder).done == {"a_0.png", "a_2.png"} and (folder / "a_2.pts").read_bytes() == before
+        browser.key("p")
+        browser.wait("document.title.startsWith('a_1')")
+        browser.key("Enter")  # it was moved before: no question
+        browser.wait("!document.getElementById('after').hidden")
+        assert browser.ask("document.getElementById('command').textContent").startswith("dnnvss track ")
+
+        browser.wait("document.title.startsWith('a_2')")
         browser.ask("points.pop()")
         browser.key("s")
         browser.wait("document.getElementById('said').classList.contains('bad')")

@@ -3,10 +3,10 @@
 The nets are in ``face_landmarker.task``, which the user names or a package brings; see :func:`find_task`.
 """
 
-from dnnvss.face.landmarker.follow import Track, as_arrays, follow, talker
+from dnnvss.face.landmarker.follow import SURE, Track, as_arrays, follow, talker
 from dnnvss.face.landmarker.layout import ROWS, SIZES, mesh_groups
 from dnnvss.face.landmarker.nets import Landmarker, Region
 from dnnvss.face.landmarker.task import find_task
 
-__all__ = ["ROWS", "SIZES", "Landmarker", "Region", "Track", "as_arrays", "find_task", "follow", "mesh_groups",
-           "talker"]
+__all__ = ["ROWS", "SIZES", "SURE", "Landmarker", "Region", "Track", "as_arrays", "find_task", "follow",
+           "mesh_groups", "talker"]

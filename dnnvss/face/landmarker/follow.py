@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dnnvss.face.landmarker.layout import LEFT_CORNER, LOWER_LIP, RIGHT_CORNER, ROWS, UPPER_LIP
-from dnnvss.face.landmarker.nets import Landmarker, Region
+from dnnvss.face.landmarker.nets import WIDER, Landmarker, Region
 
 SURE = 0.5
 """Certainty below which a face is lost."""
@@ -16,8 +16,6 @@ EVERY = 25
 
 MOST = 4
 """Faces that are followed at once."""
-
-_WIDER = 1.5  # the square that the mesh looks at, in sizes of the face
 
 
 @dataclass
@@ -42,7 +40,7 @@ class Track:
         self.live = certainty >= SURE
         if self.live:
             eyes = mesh[[RIGHT_CORNER, LEFT_CORNER]]
-            self.region = Region.around(mesh, eyes, _WIDER)
+            self.region = Region.around(mesh, eyes, WIDER)
             self.points[frame] = mesh[ROWS]
             wide = max(float(np.linalg.norm(eyes[1] - eyes[0])), 1e-3)
             self.opening[frame] = float(np.linalg.norm(mesh[LOWER_LIP] - mesh[UPPER_LIP])) / wide

@@ -12,10 +12,14 @@ from tempfile import NamedTemporaryFile
 import cv2
 import numpy as np
 
+from dnnvss.face.landmarker.layout import LEFT_CORNER, RIGHT_CORNER
 from dnnvss.face.landmarker.task import DETECTOR, MESH, read_task
 
 POINTS = 478
 """Points of a face: 468 of its surface, then five of each iris."""
+
+WIDER = 1.5
+"""Side of the square that the mesh looks at, in sizes of the face."""
 
 _SEEN, _CROP = 128, 256  # pixels of the pictures that the detector and the mesh look at
 _OVERLAP = 0.3  # share of two boxes from which they show the same face
@@ -109,6 +113,11 @@ class Landmarker:
         found = own @ back[:, :2].T + back[:, 2] + 0.5  # from the corner of the picture, not the middle of a pixel
         return found.astype(np.float32), float(_sigmoid(logit.reshape(-1)[0]))
 
+    def refined(self, picture: np.ndarray, region: Region) -> tuple[np.ndarray, float]:
+        """What :meth:`mesh` gives through a square of the mesh's own: the detector's box is rough."""
+        points, _ = self.mesh(picture, region)
+        return self.mesh(picture, Region.around(points, points[[RIGHT_CORNER, LEFT_CORNER]], WIDER))
+
 
 def _net(weights: bytes) -> cv2.dnn.Net:
     """A net from its file, which OpenCV 5 reads rightly by its classic engine alone, and that from a path alone."""
@@ -148,7 +157,7 @@ def _faces(logits: np.ndarray, rows: np.ndarray, least: float) -> list[np.ndarra
 
 def _region(box: np.ndarray) -> Region:
     corners = np.stack([box[0] - box[1] / 2, box[0] + box[1] / 2])
-    return Region.around(corners, box[2:4], 1.5)
+    return Region.around(corners, box[2:4], WIDER)
 
 
 def _sigmoid(value: np.ndarray) -> np.ndarray:

@@ -1,18 +1,17 @@
 """Where a scheme's points start: on the face that a detector finds, or where the picture moves as a mouth does."""
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 
+from dnnvss.errors import DnnvssError
+from dnnvss.face.aam.labelling.mesh import on_mesh
 from dnnvss.face.aam.labelling.schemes import MOUTH, Scheme
+from dnnvss.face.landmarker import SURE, Landmarker, find_task
 
 EYE_SHARE = 0.16
 """Distance of the eyes over the shorter side of the picture, where nothing better is known: head and shoulders."""
-_EYES_IN_BOX = (0.39, 0.40)
-"""Height of the eyes in a detector's box, and their distance, over its side."""
 _BLUR = 0.03
 """Standard deviation of the blur that makes one hill of a moving mouth, over the picture's width."""
 
@@ -25,20 +24,20 @@ class Guess:
     how: str
 
 
-def find_detector() -> Any | None:
-    """Return OpenCV's face detector, or None where this OpenCV has none (version 5 ships no cascades)."""
-    data = getattr(cv2, "data", None)
-    if data is None or not hasattr(cv2, "CascadeClassifier"):
+def find_detector() -> Landmarker | None:
+    """The landmarker, or None where its nets are not installed (``make extras``)."""
+    try:
+        return Landmarker(find_task())
+    except DnnvssError:
         return None
-    path = Path(data.haarcascades) / "haarcascade_frontalface_default.xml"
-    return cv2.CascadeClassifier(str(path)) if path.is_file() else None
 
 
-def place(scheme: Scheme, image: np.ndarray, mouth: tuple[float, float] | None, detector: Any | None = None) -> Guess:
-    """Return a scheme's layout placed in a picture.
+def place(scheme: Scheme, image: np.ndarray, mouth: tuple[float, float] | None, detector: Landmarker | None = None
+          ) -> Guess:
+    """A scheme's points placed in a picture.
 
-    The largest face that the detector finds places it. Without one its size is that of a head-and-shoulders picture,
-    its mouth lies where the picture moves, or the face stands in the middle where nothing moves.
+    They lie on the largest face that the landmarker finds. Without one the layout has the size of a head-and-shoulders
+    picture, its mouth lies where the picture moves, or the face stands in the middle where nothing moves.
 
     Args:
         scheme: the points.
@@ -47,16 +46,21 @@ def place(scheme: Scheme, image: np.ndarray, mouth: tuple[float, float] | None, 
         detector: what :func:`find_detector` returned.
     """
     height, width = image.shape[:2]
-    if detector is not None:
-        found = detector.detectMultiScale(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), 1.1, 5)
-        if len(found):
-            x, y, side, _ = max(found, key=lambda box: box[2])
-            middle = np.array([x + side / 2, y + _EYES_IN_BOX[0] * side])
-            return Guess(middle + _EYES_IN_BOX[1] * side * scheme.layout, "face detector")
+    if detector is not None and (mesh := _largest(detector, image)) is not None:
+        return Guess(on_mesh(scheme, mesh), "face landmarks")
     eyes = EYE_SHARE * min(height, width)
     if mouth is not None:
         return Guess(np.array(mouth) + eyes * (scheme.layout - MOUTH), "where the picture moves")
     return Guess(np.array([0.5, 0.4]) * (width, height) + eyes * scheme.layout, "middle of the picture")
+
+
+def _largest(detector: Landmarker, image: np.ndarray) -> np.ndarray | None:
+    """The mesh (478, 2) of the largest face in a picture, None where there is none."""
+    regions = detector.detect(image)
+    if not regions:
+        return None
+    mesh, certainty = detector.refined(image, max(regions, key=lambda region: region.side))
+    return mesh if certainty >= SURE else None
 
 
 def moving_mouth(frames: np.ndarray) -> tuple[float, float] | None:

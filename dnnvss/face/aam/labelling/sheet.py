@@ -61,6 +61,7 @@ class Sheet:
         done: pictures whose label is finished; the others are guesses.
         scheme: name of the scheme, or of whatever the points follow.
         videos: the folder that the videos are named from.
+        moved: pictures whose points a person has moved or finished; the others' may still be guessed anew.
     """
 
     folder: Path
@@ -69,6 +70,7 @@ class Sheet:
     done: frozenset[str] = frozenset()
     scheme: str = ""
     videos: str = ""
+    moved: frozenset[str] = frozenset()
 
     @property
     def count(self) -> int:
@@ -98,14 +100,15 @@ class Sheet:
                               f"{len(names)} pictures, {len(set(names))} different ones", file=path, remedy=_REMEDY)
         for label in kept.labels:
             label.check(path)
-        return cls(folder, dict(kept.groups), kept.labels, frozenset(kept.done), kept.scheme, kept.videos)
+        return cls(folder, dict(kept.groups), kept.labels, frozenset(kept.done), kept.scheme, kept.videos,
+                   frozenset(kept.moved))
 
     def save(self) -> "Sheet":
         """Write ``labels.json`` and return the sheet."""
         rows = [vars(label) for label in self.labels]
         files.write_json(self.folder / NAME, {
             "scheme": self.scheme, "videos": self.videos, "groups": {g: list(r) for g, r in self.groups.items()},
-            "labels": rows, "done": sorted(self.done)})
+            "labels": rows, "done": sorted(self.done), "moved": sorted(self.moved)})
         return self
 
     def label(self, image: str) -> Label:
@@ -150,7 +153,7 @@ class Sheet:
         return f"point {point}"
 
     def write(self, image: str, points: np.ndarray, done: bool) -> "Sheet":
-        """Write a label's points (P, 2) whole, mark it finished or not, and return the sheet as it then is.
+        """Write points (P, 2) that a person placed, mark the label finished or not, and return the sheet as it then is.
 
         Raises:
             DnnvssError: an unknown picture, or wrong points.
@@ -158,9 +161,10 @@ class Sheet:
         label = self.label(image)
         path = files.inside(self.folder, label.points)
         write_pts(path, self.checked(points, path))
-        if (image in self.done) == done:
+        if (image in self.done) == done and image in self.moved:
             return self
-        return replace(self, done=self.done | {image} if done else self.done - {image}).save()
+        finished = self.done | {image} if done else self.done - {image}
+        return replace(self, done=finished, moved=self.moved | {image}).save()
 
     def picture(self, label: Label) -> np.ndarray:
         """Return a label's picture, uint8 RGB (H, W_, 3).
@@ -195,6 +199,7 @@ class _Kept:
     done: tuple[str, ...] = ()
     scheme: str = ""
     videos: str = ""
+    moved: tuple[str, ...] = ()
 
 
 def new_sheet(folder: Path, scheme: Scheme, videos: str, labels: Sequence[Label]) -> Sheet:

@@ -3,7 +3,7 @@
 const COLOURS = ["#ff6b6b", "#ffb454", "#6fc3ff", "#8be28b", "#d59cff", "#ff9ecb", "#5fe0d0", "#e8e26a", "#b0bccb", "#f2a07b"];
 const $ = id => document.getElementById(id);
 const view = $("view");
-let sheet, now = 0, points = [], saved = "", past = [], future = [], chosen = -1, mode = "point", hidden = new Set();
+let sheet, now = 0, points = [], saved = "", guessed = false, asked = false, past = [], future = [], chosen = -1, mode = "point", hidden = new Set();
 let box = {x: 0, y: 0, width: 1, height: 1}, picture = {width: 1, height: 1};
 
 const ask = async (path, body) => {
@@ -44,14 +44,35 @@ function draw() {
     });
   });
   $("chosen").textContent = chosen < 0 ? "none chosen" : `${nameOf(chosen)}   x ${points[chosen][0].toFixed(2)}   y ${points[chosen][1].toFixed(2)}`;
+  chart();
   $("undo").disabled = !past.length; $("redo").disabled = !future.length; $("copy").disabled = $("previous").disabled = now === 0;
   $("next").disabled = now === sheet.labels.length - 1;
+}
+
+// Where each point belongs: the scheme's layout, the chosen point in it.
+function chart() {
+  $("chart").replaceChildren();
+  if (!sheet.layout) return;
+  const xs = sheet.layout.map(p => p[0]), ys = sheet.layout.map(p => p[1]), edge = 0.15;
+  const [left, top] = [Math.min(...xs) - edge, Math.min(...ys) - edge];
+  const [width, height] = [Math.max(...xs) + edge - left, Math.max(...ys) + edge - top];
+  $("chart").setAttribute("viewBox", `${left} ${top} ${width} ${height}`);
+  sheet.groups.forEach((g, k) => {
+    const own = sheet.layout.slice(g.start, g.stop), colour = COLOURS[k % COLOURS.length];
+    element(g.closed ? "polygon" : "polyline", {points: own.map(p => p.join()).join(" "), stroke: colour, fill: "none", "stroke-width": 0.015}, $("chart"));
+    own.forEach(([cx, cy], i) => {
+      const dot = element("circle", {cx, cy, r: g.start + i === chosen ? 0.07 : 0.028, fill: colour}, $("chart"));
+      element("title", {}, dot).textContent = nameOf(g.start + i);
+    });
+  });
 }
 
 function list() {
   const done = sheet.labels.filter(l => l.done).length;
   $("where").textContent = `${sheet.scheme}  ·  ${sheet.folder}`;
   $("count").textContent = `${done} of ${sheet.labels.length} finished`;
+  $("after").hidden = done < sheet.labels.length;
+  $("command").textContent = sheet.next;
   $("progress").firstElementChild.style.width = `${100 * done / sheet.labels.length}%`;
   $("progress").setAttribute("aria-valuenow", Math.round(100 * done / sheet.labels.length));
   [...$("frames").children].forEach((button, i) => {
@@ -136,8 +157,10 @@ function nudge(dx, dy) {
 // Frames
 
 async function open(index) {
-  now = index; chosen = -1; past = []; future = [];
-  points = await ask(path("points", label().image)); saved = text();
+  const given = await ask(path("points", sheet.labels[index].image));
+  now = index; chosen = -1; past = []; future = [];  // at once: what is saved now are this frame's own points
+  points = given.points; saved = text(); guessed = !label().moved && !label().done; asked = false;
+  say(guessed ? `placed by: ${given.how}` : "");
   const image = new Image(); image.src = path("image", label().image); await image.decode();
   picture = {width: image.naturalWidth, height: image.naturalHeight};
   for (const [key, value] of Object.entries({href: image.src, x: 0, y: 0, ...picture})) $("picture").setAttribute(key, value);
@@ -145,13 +168,19 @@ async function open(index) {
 }
 
 async function save(done = label().done) {
+  if (done && guessed && saved === text() && !asked) {
+    asked = true;
+    say("These points are still a guess. Are they right? Then finish once more.", true);
+    return false;
+  }
   await ask(path("points", label().image), {points, done});
-  saved = text(); label().done = done; list(); say(`saved ${label().image}`);
+  saved = text(); guessed = false; label().done = done; label().moved = true; list(); say(`saved ${label().image}`);
   doubt();
+  return true;
 }
 
 const go = guarded(async (index, done) => {
-  if (done !== undefined || saved !== text()) await save(done);
+  if ((done !== undefined || saved !== text()) && !await save(done)) return;
   if (index >= 0 && index < sheet.labels.length && index !== now) await open(index);
 });
 
@@ -163,7 +192,7 @@ async function doubt() {
 
 const copy = guarded(async () => {
   if (!now) return;
-  const before = await ask(path("points", sheet.labels[now - 1].image));
+  const before = (await ask(path("points", sheet.labels[now - 1].image))).points;
   remember(); points = before; fit(); say(`points of ${sheet.labels[now - 1].image}`);
 });
 
