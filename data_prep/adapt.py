@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from data_prep.align import lateness
 from data_prep.stages import FOLDER, Workshop, fingerprint
@@ -16,6 +15,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats import spanning
 from dnnvss.media import SPEECH_RATE, read_audio
 from dnnvss.phones import SHORT_PAUSE, SILENCE, SILENCES
+from dnnvss.progress import counted
 from dnnvss.speech.align_adapt import Voice, first_states, learn, segment
 from dnnvss.speech.align_features import HOP, cepstra
 from dnnvss.speech.align_tiers import Piece, tiers
@@ -71,7 +71,7 @@ def learn_voice(
     if not path.is_file():
         for old in path.parent.glob("*.npz"):
             files.remove(old)
-        features = [cepstra(read_audio(tasks[n]["audio"])) for n in tqdm(names, desc="cepstra")]
+        features = [cepstra(read_audio(tasks[n]["audio"])) for n in counted(names, "cepstra", unit="clips")]
         phones = (*sorted({p for t in tasks.values() for _, ways in t["words"] for way in ways for p in way}), SILENCE)
         own_voice(phones, features, [known[n] for n in names], [tasks[n] for n in names]).write(path)
     return path
@@ -89,7 +89,7 @@ def own_voice(phones: tuple[str, ...], features: list[np.ndarray], known: list[A
     """
     states = [first_states(_pieces(a), len(f), phones) for a, f in zip(known, features, strict=True)]
     voice = learn(features, states, phones, MIXTURES)
-    for _ in tqdm(range(1, ROUNDS), desc="voice"):
+    for _ in counted(range(1, ROUNDS), "voice", unit="rounds"):
         for k in range(0, len(features), _TOGETHER):
             part = slice(k, k + _TOGETHER)
             sentences, bounds = [[w for _, w in t["words"]] for t in tasks[part]], [t["bounds"] for t in tasks[part]]

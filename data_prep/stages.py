@@ -9,12 +9,12 @@ from typing import Any
 
 import joblib
 import numpy as np
-from tqdm import tqdm
 
 from data_prep.workers import workers
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.progress import counted
 from dnnvss.shortages import shortage_of
 from dnnvss.staging import sweep_tree
 
@@ -56,7 +56,8 @@ class Workshop:
             calls = (joblib.delayed(_one)(self, stage, name, keys[name], work, tasks[name]) for name in waiting)
             with workers(self.backend, self.jobs) as order:
                 results: Iterable[tuple[str, Any]] = joblib.Parallel(return_as=order)(calls)
-                for name, result in tqdm(results, desc=stage, total=len(tasks), initial=len(tasks) - len(waiting)):
+                for name, result in counted(results, stage, total=len(tasks), initial=len(tasks) - len(waiting),
+                                             unit="clips"):
                     done[name] = result
         return {name: done[name] for name in tasks}
 

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import torch
 from scipy.interpolate import CubicSpline
-from tqdm import tqdm
 
 from data_prep.media import laid
 from data_prep.stages import FOLDER, Workshop, fingerprint
@@ -24,6 +23,7 @@ from dnnvss import files, robust
 from dnnvss.errors import DnnvssError
 from dnnvss.face.pose import fit_pose, mean_shape, to_reference
 from dnnvss.media import SPEECH_RATE, read_audio, write_wav
+from dnnvss.progress import counted
 from dnnvss.speech.align_features import HOP, cepstra
 
 REACH = 0.16
@@ -156,7 +156,7 @@ def read_clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tup
     rows = sum(len(s[::3]) for s in shapes.values())
     basis = (modes[:_MODES] / (size[:_MODES, None] / np.sqrt(rows) + 1e-9)).T
     clips = {}
-    for name in tqdm(sounds, desc="cepstra"):
+    for name in counted(sounds, "cepstra", unit="clips"):
         sound = cepstra(read_audio(files.inside(shop.out, sounds[name])))
         clips[name] = SyncClip(sound, _at(shapes[name] @ basis, rate), _spoken(sound))
     return clips
@@ -188,7 +188,7 @@ def crossfitted(clips: Mapping[str, SyncClip]) -> dict[str, np.ndarray]:
     usual = np.concatenate([clips[n].sound[::20] for n in names])
     scale = np.tile(usual.std(axis=0) + 1e-6, len(_CONTEXT)).astype(np.float32)
     heard = {}
-    for fold in tqdm(range(_FOLDS), desc="hearing the lips"):
+    for fold in counted(range(_FOLDS), "hearing the lips", unit="parts"):
         held = {names[k] for k in order[fold::_FOLDS]}
         network = _fitted([clips[n] for n in names if n not in held], scale, fold)
         with torch.no_grad():

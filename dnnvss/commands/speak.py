@@ -142,7 +142,7 @@ def _export_alignment(path: Path, spoken: Spoken) -> Path:
 
 def with_progress(frames: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
     """The pictures, with a bar that counts them."""
-    from tqdm import tqdm
+    from dnnvss.progress import counted
 
-    with tqdm(frames, "rendering", unit=" frames", leave=False) as bar:
+    with counted(frames, "rendering", unit="pictures") as bar:
         yield from bar

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from dnnvss import files
 from dnnvss.corpus import Corpus
@@ -17,6 +16,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Code, Face
 from dnnvss.face.clips import Clip, UnusableClipError, corpus_clips
 from dnnvss.face.kinds import FACES, FaceKind, FaceSettings, face_kind
+from dnnvss.progress import counted
 from dnnvss.records import as_record
 from dnnvss.settings import setting
 from dnnvss.timing import fill_invalid
@@ -245,8 +245,8 @@ def _encode(kind: FaceKind, home: Path, clips: Sequence[Clip], progress: bool) -
     left = [clip for clip in clips if not (home / CODES / f"{clip.id}.npz").is_file()]
     jobs = [joblib.delayed(_encode_one)(kind.name, home, clip) for clip in left]
     dropped: dict[str, str] = {}
-    with tqdm(total=len(clips), initial=len(clips) - len(left), desc="encoding clips", unit="clip",
-              disable=not progress) as bar:
+    with counted(desc="encoding clips", total=len(clips), initial=len(clips) - len(left), unit="clips",
+                 disable=not progress) as bar:
         for start in range(0, len(jobs), _BATCH):
             done = joblib.Parallel()(jobs[start:start + _BATCH])
             dropped |= {utterance: reason for utterance, reason in done if reason}

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from dnnvss import files
 from dnnvss.corpus import SPLITS, Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.features import FrameCodes, encode
+from dnnvss.progress import counted
 from dnnvss.systems.viseme_network import UnitNetwork, unit_sequence, unit_targets
 from dnnvss.systems.viseme_plan import PredictorSettings, UnitPlan
 from dnnvss.systems.viseme_predictor import UnitModel, VisemePredictor
@@ -118,7 +117,7 @@ def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClo
                           remedy="Record more, lower visemes.predictor.folds, or train with labels of phones alone")
     predicted: dict[str, list[Tier]] = {}
 
-    steps = tqdm(range(plan.predictor.folds + 1), "predicting dynamic visemes", unit=" fits", leave=False)
+    steps = counted(range(plan.predictor.folds + 1), "predicting dynamic visemes", unit="fits")
     for fold in steps:
         held = set(train[fold :: plan.predictor.folds]) if fold < plan.predictor.folds else set()
         seen = [i for i in train if i not in held]

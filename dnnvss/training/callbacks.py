@@ -11,6 +11,7 @@ from lightning.pytorch.callbacks import Callback, ModelCheckpoint, TQDMProgressB
 from lightning.pytorch.plugins.io import TorchCheckpointIO
 from torch import Tensor
 
+from dnnvss.progress import counted
 from dnnvss.training.checkpoints import save_checkpoint
 from dnnvss.training.objective import Objective
 
@@ -106,3 +107,21 @@ class Bar(TQDMProgressBar):
     def get_metrics(self, trainer: L.Trainer, pl_module: L.LightningModule) -> dict[str, Any]:
         """What stands behind the bar."""
         return {k: v for k, v in super().get_metrics(trainer, pl_module).items() if k != "v_num"}
+
+
+class Epochs(Callback):
+    """Counts epochs in lines, where nobody watches a bar."""
+
+    def on_train_start(self, trainer: L.Trainer, pl_module: L.LightningModule) -> None:
+        """Begin to count, from the epoch that a fit goes on from."""
+        hidden = not trainer.is_global_zero
+        self.count = counted(desc="fit", total=trainer.max_epochs, initial=trainer.current_epoch, unit="epochs",
+                             disable=hidden)
+
+    def on_train_epoch_end(self, trainer: L.Trainer, pl_module: L.LightningModule) -> None:
+        """Count one."""
+        self.count.update(1)
+
+    def on_train_end(self, trainer: L.Trainer, pl_module: L.LightningModule) -> None:
+        """End the count."""
+        self.count.close()

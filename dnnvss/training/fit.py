@@ -1,6 +1,7 @@
 """One fit with Lightning: checkpoints that resume, early stopping, TensorBoard. The loop of every network here."""
 
 import logging
+import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,7 +19,7 @@ from torch.utils.data import DataLoader
 
 from dnnvss.errors import DnnvssError
 from dnnvss.training.batches import Batches, Blocks, FrameBatches
-from dnnvss.training.callbacks import Bar, Chance, Figures, Kept, Watch, WholeCheckpoints
+from dnnvss.training.callbacks import Bar, Chance, Epochs, Figures, Kept, Watch, WholeCheckpoints
 from dnnvss.training.checkpoints import load_checkpoint
 from dnnvss.training.module import FitModule
 from dnnvss.training.objective import Objective
@@ -110,7 +111,8 @@ def _trainer(settings: FitSettings, folder: Path, callbacks: list[Callback]) -> 
         precision=resolve(settings.precision, settings.accelerator),  # type: ignore[arg-type]
         accelerator=settings.accelerator, devices=settings.devices, num_nodes=settings.nodes,
         strategy="auto" if by_itself else settings.strategy, use_distributed_sampler=False,
-        enable_progress_bar=settings.progress, enable_model_summary=False, num_sanity_val_steps=0,
+        enable_progress_bar=any(isinstance(c, Bar) for c in callbacks), enable_model_summary=False,
+        num_sanity_val_steps=0,
         limit_train_batches=1 if settings.smoke else None, log_every_n_steps=1,
     )
 
@@ -122,7 +124,8 @@ def _kept(checkpoints: Path, watched: str) -> list[Callback]:
 
 
 def _shown(settings: FitSettings, figure: "Callable[[], Figure] | None") -> list[Callback]:
-    shown: list[Callback] = [Bar()] if settings.progress else []
+    watched = sys.stderr is not None and sys.stderr.isatty()
+    shown: list[Callback] = ([Bar()] if watched else [Epochs()]) if settings.progress else []
     if settings.figure_every and figure is not None:
         shown.append(Figures("trajectory", figure, settings.figure_every))
     return shown

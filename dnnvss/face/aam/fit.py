@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from tqdm import tqdm
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.colour import ColourBank, luminance
@@ -19,6 +18,7 @@ from dnnvss.face.clips import Clip
 from dnnvss.face.outliers import LEAST_PARAMETERS, LEAST_SHAPE, LEAST_STABLE, shape_distance, spread_of
 from dnnvss.face.point_set import Layout
 from dnnvss.face.pose import PoseReference, mean_shape, to_reference
+from dnnvss.progress import counted
 from dnnvss.robust import robust_limit
 
 _MEMORY = 2**30
@@ -173,7 +173,7 @@ def _read_textures(
 
     jobs = [joblib.delayed(_sample)(clips[i], tracked[i].points, frames, warp) for i, frames in chosen.items()]
     textures: list[np.ndarray] = []
-    with tqdm(total=len(jobs), desc="reading textures", unit="clip", disable=not progress) as bar:
+    with counted(desc="reading textures", total=len(jobs), unit="clips", disable=not progress) as bar:
         for start in range(0, len(jobs), _BATCH):
             textures += joblib.Parallel()(jobs[start:start + _BATCH])
             bar.update(len(textures) - bar.n)

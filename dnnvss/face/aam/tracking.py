@@ -15,7 +15,6 @@ from typing import Any
 
 import joblib
 import numpy as np
-from tqdm import tqdm
 
 from dnnvss import files
 from dnnvss.archives import read_arrays
@@ -29,6 +28,7 @@ from dnnvss.face.aam.search.track import FLAGS, Track
 from dnnvss.media import video_frames
 from dnnvss.media.folders import find_videos
 from dnnvss.processes import parallel
+from dnnvss.progress import counted
 
 _MEMORY = 2**29
 """Bytes of pictures that a worker holds; longer videos are tracked in pieces."""
@@ -155,7 +155,7 @@ def _track_all(job: Job, path: Path, title: str) -> None:
     left = [v for v in job.videos if not _done(job.target(v), key, v)]
     calls = [joblib.delayed(_track_one)(path, key, v, job.target(v)) for v in left]
     with (parallel(job.jobs),
-          tqdm(total=len(job.videos), initial=len(job.videos) - len(left), desc=title, unit="video") as bar):
+          counted(desc=title, total=len(job.videos), initial=len(job.videos) - len(left), unit="videos") as bar):
         for error in joblib.Parallel(return_as="generator_unordered")(calls):
             bar.update(1)
             if error is not None:
