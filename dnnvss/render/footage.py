@@ -194,7 +194,7 @@ class Revoicer:
         return self.order[np.minimum(np.arange(count), len(self.order) - 1)]
 
     def _placed(self, parameters: np.ndarray, frames: np.ndarray) -> np.ndarray:
-        shape = self.patch.parted(self.model.points(parameters) + self.footage.code.shape_offset)
+        shape = self.model.drawn(parameters, self.footage.code.shape_offset)
         return self.model.place(shape, self.footage.code.pose[frames]) * self.scale
 
     def _frame(self, frame: int, parameters: np.ndarray, points: np.ndarray) -> np.ndarray:

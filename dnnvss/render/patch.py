@@ -10,7 +10,6 @@ from scipy.ndimage import distance_transform_edt
 from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.face.aam.mesh import rim, signed_area
 from dnnvss.face.aam.painter import Painter
-from dnnvss.face.lips import lip_pairs, parted
 from dnnvss.face.pose import to_reference
 
 BATCH = 64
@@ -150,14 +149,6 @@ class Patch:
         contour = (warp.shape[self.model.layout.inner] - warp.origin) * warp.scale
         cv2.fillPoly(mouth, [np.rint(contour - 0.5).astype(np.int32)], 1)
         return cv2.GaussianBlur(mouth.astype(np.float32), (0, 0), 0.7 * _BLUR)
-
-    @cached_property
-    def _lips(self) -> np.ndarray:
-        return lip_pairs(self.model.mean_shape, self.model.layout.inner)[0]
-
-    def parted(self, shapes: np.ndarray) -> np.ndarray:
-        """Shapes (..., P, 2) in which lips that would pass through each other meet half way."""
-        return parted(shapes, self._lips)
 
 
 def bounds(points: np.ndarray, size: tuple[int, int]) -> tuple[int, int, int, int]:

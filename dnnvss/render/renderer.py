@@ -56,9 +56,9 @@ class Renderer:
     def points_in_image(self, parameters: np.ndarray) -> np.ndarray:
         """Return the model's points (..., P, 2) in pixels of the rendered picture for parameters (..., D).
 
-        Lips that would pass through each other meet half way.
+        Lips meet and never cross, and no triangle folds (see :class:`~dnnvss.face.aam.fold.FoldGuard`).
         """
-        shape = self.patch.parted(self.model.points(parameters) + self.neutral.shape_offset)
+        shape = self.model.drawn(parameters, self.neutral.shape_offset)
         return self.model.place(shape, self.neutral.pose) * self.scale
 
     def meshes(self, parameters: np.ndarray) -> np.ndarray:

@@ -26,6 +26,8 @@ class Dials:
         closures: whether the lips must close on p, b and m.
         contacts: whether the lower lip must reach the teeth on f and v.
         rest: whether silence pulls the face to rest.
+        within: whether coefficients and gauges stay within what the talker showed, with a dial above 1 in as many
+            times that range; keys are obeyed beyond it.
         anticipation, release: seconds of silence before and after speech in which the face is left free.
 
     Raises:
@@ -37,6 +39,7 @@ class Dials:
     closures: bool = False
     contacts: bool = False
     rest: bool = False
+    within: bool = False
     anticipation: float = setting(0.15, least=0)
     release: float = setting(0.15, least=0)
 
@@ -57,7 +60,13 @@ class Style(Dials):
     @property
     def plain(self) -> bool:
         """Whether the style changes nothing of what MLPG gives."""
-        return not (self.by_group or self.closures or self.contacts or self.rest) and self.articulation is None
+        changes = self.by_group or self.closures or self.contacts or self.rest or self.within
+        return not changes and self.articulation is None
+
+    @property
+    def widest(self) -> float:
+        """By how much the dials may widen what the talker showed: 1 where none exaggerates."""
+        return max(1.0, self.articulation or 1.0, *self.by_group.values())
 
 
 def generate(
@@ -73,9 +82,10 @@ def generate(
     """Return the trajectory (T, D) of a prediction in a style, in the dtype of ``mean``.
 
     Rest in silence joins the prediction, MLPG makes it smooth, the dial scales speech about its mean (fading out
-    towards silence), and closures, contacts and the caller's constraints are held in one last solve. What the talker
-    never showed (:attr:`Talker.unknown`) is left out. Where a constraint of the caller forbids a closure or a contact,
-    e.g. a key that opens the mouth on a p, the caller's wins.
+    towards silence), what passes the talker's range is bent into it, and closures, contacts and the caller's
+    constraints are held in one last solve, with that range as soft constraints where they would pass it. What the
+    talker never showed (:attr:`Talker.unknown`) is left out. Where a constraint of the caller forbids a closure or a
+    contact, e.g. a key that opens the mouth on a p, the caller's wins.
 
     Args:
         mean, variance: the prediction; variance broadcasts to (T, W, D).
@@ -103,13 +113,20 @@ def generate(
         setting = dial(columns, base, style.groups, **style.by_group)
         x = articulate(x, setting, talker.natural, talker.own, ~silent_frames(tier, clock, frames),
                        fade=speech_weight(tier, clock, frames))
+    reach = talker.reach.widened(style.widest) if style.within and talker.reach else None
+    if reach:
+        x = reach.limited(x)
     held = [] if constraints is None else [constraints]
     own = Constraints.none(columns) if constraints is None else constraints
     for name, rule in LIP_RULES.items():
         if getattr(style, name) and name not in unknown:
             phones = rule.rule(talker.levels[rule.gauge])
             held.append(phones.constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
-    return constrain(x, variance, Constraints.joined(held), windows) if held else x
+    if not held:
+        return x
+    found = constrain(x, variance, Constraints.joined(held), windows)
+    soft = reach.constraints(found) if reach else []
+    return constrain(x, variance, Constraints.joined([*held, *soft]), windows) if soft else found
 
 
 def speech_weight(tier: Tier, clock: FrameClock, frames: int, ramp: float = RAMP) -> np.ndarray:

@@ -63,13 +63,15 @@ def all_gauges(face: Face) -> dict[str, Gauge]:
 def learn_talker(task: Task, model: VisualModel, examples: Mapping[str, list[Example]],
                  face: Face) -> Talker:
     """What the training utterances show of the talker, and how much less the model moves on the validation ones."""
-    def measured(split: str) -> tuple[list[np.ndarray], list[Tier]]:
-        known = [(e.measured[0][:, 0], e.alignment["phones"]) for e in examples[split]]
-        return [x for x, _ in known], [tier for _, tier in known]
+    def measured(split: str) -> tuple[list[np.ndarray], list[Tier], list[np.ndarray]]:
+        known = [(e.measured[0][:, 0], e.alignment["phones"], e.measured[1]) for e in examples[split]]
+        return [x for x, _, _ in known], [tier for _, tier, _ in known], [valid for _, _, valid in known]
 
-    talker = Talker.of(*measured("train"), task.clock, face)
+    references, tiers, valid = measured("train")
+    talker = Talker.of(references, tiers, task.clock, face, valid)
     generator = Generator(task, model, talker)
-    return talker.knowing([generator(e, PLAIN) for e in examples["val"]], *measured("val"), task.clock)
+    references, tiers, valid = measured("val")
+    return talker.knowing([generator(e, PLAIN) for e in examples["val"]], references, tiers, task.clock, valid)
 
 
 @dataclass(frozen=True)

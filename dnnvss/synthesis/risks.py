@@ -9,13 +9,16 @@ import numpy as np
 from dnnvss.phones import SILENCES
 from dnnvss.phones.contexts import triphones
 from dnnvss.speech.align import DOUBTFUL
+from dnnvss.style.keys import Key
+from dnnvss.style.within import Reach
 from dnnvss.timing import Alignment, FrameClock
 
 Risk = Mapping[str, Any]
 """Plain values with a ``kind``: ``unseen phone`` (with ``phone`` and ``stands_in``), ``unseen triphone`` (with
 ``triphone``), ``weak alignment`` (with ``word`` and its ``score`` a frame), ``unknown word`` (with ``word`` and the
 ``phones`` that a network guessed), ``unheard sound`` (with its ``distance``, over what is usual in the recordings that
-the run has heard)."""
+the run has heard), ``key beyond the talker`` (with ``name``, the key's ``low`` and ``high``, and what the talker
+``showed``)."""
 
 
 class Span(NamedTuple):
@@ -50,8 +53,26 @@ def word_risks(report: Sequence[Mapping[str, str]], scores: Sequence[float] = ()
     return found
 
 
+def key_risks(keys: Sequence[Key], reach: Reach | None, names: Sequence[str]) -> list[tuple[float, Risk]]:
+    """The keys, by their times, that ask for what the talker never showed; they are obeyed.
+
+    Args:
+        keys: an artist's.
+        reach: what the talker showed; nothing is told where that was not kept.
+        names: of the coefficients.
+    """
+    found: list[tuple[float, Risk]] = []
+    for key in keys:
+        span = reach.range_of(key.name, names) if reach else None
+        if span and (key.low > span[1] or key.high < span[0]):
+            bounds = {"low": round(key.low, 4), "high": round(key.high, 4)}
+            showed = [round(v, 4) for v in span]
+            found.append((key.time, {"kind": "key beyond the talker", "name": key.name, **bounds, "showed": showed}))
+    return found
+
+
 def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, str], known: Iterable[str],
-               words: Sequence[Sequence[Risk]] = ()) -> list[Span]:
+               words: Sequence[Sequence[Risk]] = (), keys: Sequence[tuple[float, Risk]] = ()) -> list[Span]:
     """Return the spans of frames that carry a risk, in order; frames in none of them carry none.
 
     Args:
@@ -60,6 +81,7 @@ def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, s
         replaced: phones that the talker never spoke, and which phone stands in for each.
         known: triphones that the talker spoke. Contexts are judged with the stand-ins, as the model sees them.
         words: risks of each word; none where nothing is known about the words.
+        keys: risks of keys, each with its time from the start in seconds; they are those of the phone it lies in.
     """
     tier, known = alignment["phones"], frozenset(known)
     seen = triphones(tier.renamed(replaced.get(p, p) for p in tier.labels))
@@ -68,10 +90,10 @@ def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, s
     rows: list[tuple[Risk, ...]] = []
     owners = alignment["words"].indices_at(tier.middles).tolist()
     for segment, triphone, owner in zip(tier, seen, owners, strict=True):
+        own: list[Risk] = [risk for time, risk in keys if segment.start <= time + tier.start < segment.end]
         if segment.label in SILENCES:
-            rows.append(())
+            rows.append(tuple(own))
             continue
-        own: list[Risk] = []
         if segment.label in replaced:
             own.append({"kind": "unseen phone", "phone": segment.label, "stands_in": replaced[segment.label]})
         if triphone not in known:

@@ -16,7 +16,7 @@ from dnnvss.style import Key, sample_keys
 from dnnvss.style.generator import all_gauges
 from dnnvss.synthesis.plan import Plan, make_plan
 from dnnvss.synthesis.request import SpeakRequest
-from dnnvss.synthesis.risks import Span, find_risks, sound_risks, summary, word_risks
+from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, word_risks
 from dnnvss.synthesis.stage import Stage, open_stage
 from dnnvss.systems import Example
 from dnnvss.timing import Alignment, FrameClock
@@ -120,6 +120,9 @@ class Spoken:
         lines += [f"the talker never spoke {p}: {other} stands in for it" for p, other in self.stand_ins.items()]
         lines += [f"dynamic visemes: {self.visemes}"] if self.visemes else []
         lines += [f"{why}: style.{name} has no effect" for name, why in unknown if getattr(self.request.style, name)]
+        beyond = key_risks(self.request.keys, self.run.generator.talker.reach, self.run.face.names)
+        lines += [f"the key {r['name']} at {time:g} s asks for {r['low']:g} to {r['high']:g}, and the talker showed "
+                  f"{r['showed'][0]:g} to {r['showed'][1]:g}: it is obeyed" for time, r in beyond]
         return (*lines, summary(self.risks, len(self.movement)))
 
 
@@ -138,16 +141,18 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
         plan = replace(plan, alignment=plan.alignment.with_tier(example.alignment[TIER]))
     style = request.style if plan.phones else replace(request.style, closures=False, contacts=False, rest=False)
     movement = run.generator(example, style, request.keys, all_gauges(run.face), plan.tier)
-    return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, plan, example, stand_ins),
+    return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, request, plan, example, stand_ins),
                   run.model.report(example))
 
 
-def _risks(run: Run, plan: Plan, example: Example, stand_ins: Mapping[str, str]) -> tuple[Span, ...]:
+def _risks(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_ins: Mapping[str, str]
+           ) -> tuple[Span, ...]:
     """What may be wrong with phones and words, where they are known, and with the sound, where it is listened to."""
     clock, spans = run.task.clock, list[Span]()
     if plan.phones:
         words = word_risks(plan.pronunciation, plan.scores)
-        spans += find_risks(plan.alignment, clock, stand_ins, run.voice.triphones, words)
+        keys = key_risks(request.keys, run.generator.talker.reach, run.face.names)
+        spans += find_risks(plan.alignment, clock, stand_ins, run.voice.triphones, words, keys)
     if run.heard:
         spans += sound_risks(run.heard.strangeness(example.codes, clock), clock)
     return tuple(sorted(spans, key=lambda span: span[:2]))

@@ -53,7 +53,7 @@ def prediction(gain=0.6):
 
 def test_what_is_learnt_of_the_talker(talker):
     assert talker.rest == pytest.approx([-1.0, -0.5], abs=0.05) and (talker.rest_deviation < 0.2).all()
-    assert talker.levels["aperture"] == pytest.approx(2 - 1.5 - 1.0, abs=0.1)  # aperture 2 + x1 + x2 at its least on B
+    assert talker.levels["aperture"] == pytest.approx(2 - 1.5 - 1.0, abs=0.2)  # aperture 2 + x1 + x2 at its least on B
     assert talker.levels["lower_lip"] == pytest.approx(1 - 0.7, abs=0.1)
     assert talker.natural == pytest.approx(np.mean(speech_variances([movement(s) for s in range(8)], [TIER] * 8, CLOCK),
                                                    axis=0), rel=0.1)

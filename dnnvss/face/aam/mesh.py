@@ -70,8 +70,16 @@ def rim(triangles: Iterable[Sequence[int]]) -> np.ndarray:
 
 def signed_area(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return the signed areas (K,) in square pixels of triangles over points (P, 2)."""
-    a, b, c = np.moveaxis(points[triangles], 1, 0)
-    return 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+    areas: np.ndarray = signed_areas(points[None], triangles)[0]
+    return areas
+
+
+def signed_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """The signed areas (B, K) of triangles over shapes (B, P, 2)."""
+    x, y = points[..., 0], points[..., 1]
+    a, b, c = triangles.T
+    ax, ay = x[:, a], y[:, a]
+    return 0.5 * ((x[:, b] - ax) * (y[:, c] - ay) - (y[:, b] - ay) * (x[:, c] - ax))
 
 
 def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

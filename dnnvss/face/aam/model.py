@@ -16,12 +16,13 @@ from dnnvss.face.aam.code import ClipCode
 from dnnvss.face.aam.colour import ColourBank, luminance
 from dnnvss.face.aam.config import AAMConfig
 from dnnvss.face.aam.drawing import draw
+from dnnvss.face.aam.fold import FoldGuard
 from dnnvss.face.aam.light import Skin
 from dnnvss.face.aam.mesh import Warp
 from dnnvss.face.aam.outliers import FrameLimits
 from dnnvss.face.aam.parts import part_names
 from dnnvss.face.base import Gauge, name_groups
-from dnnvss.face.lips import lip_pairs, mouth_gauges, parted
+from dnnvss.face.lips import mouth_gauges
 from dnnvss.face.point_set import Layout
 from dnnvss.face.pose import PoseReference, to_image, to_reference
 from dnnvss.records import as_record
@@ -85,6 +86,15 @@ class ActiveAppearanceModel:
     def skin(self) -> Skin:
         """Where textures show skin, on which light is measured."""
         return Skin.of(self.warp, self.layout)
+
+    @cached_property
+    def guard(self) -> FoldGuard:
+        """What keeps drawn shapes from folding."""
+        return FoldGuard(self.mean_shape, self.warp.triangles, self.layout.inner)
+
+    def drawn(self, parameters: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """Points (..., P, 2) as they are drawn with a clip's offset (P, 2): lips meet, and no triangle folds."""
+        return self.guard.settled(self.points(parameters) + offset, self.mean_shape + offset)
 
     @property
     def size(self) -> int:
@@ -168,8 +178,7 @@ class ActiveAppearanceModel:
     def picture(self, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
         """The picture, uint8 RGB (H, W_, 3), of parameters (D,): decoded texture on decoded shape, on white."""
         points, texture = self.decode(parameters)
-        pairs, _ = lip_pairs(self.mean_shape, self.layout.inner)
-        return draw(self.warp, self.layout.inner, parted(points, pairs), texture, zoom)
+        return draw(self.warp, self.layout.inner, self.guard.settled(points), texture, zoom)
 
     def place(self, points: np.ndarray, pose: np.ndarray) -> np.ndarray:
         """Return reference points (..., P, 2) in picture pixels for poses (..., 4)."""
