@@ -5,12 +5,17 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning
 from dnnvss.media import read_audio
+from dnnvss.phones import SILENCES
 from dnnvss.speech.align import UnfitError, align
+from dnnvss.speech.align_doubt import levels
 from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_words import words_over
+from dnnvss.text.agreement import OTHER, agreement
 from dnnvss.timing import Alignment, Tier
 
 
@@ -58,23 +63,95 @@ def lateness(alignment: Alignment, bounds: Sequence[tuple[float, float]]) -> lis
     return [round(a - b[0], 4) for a, b in zip(starts, bounds, strict=True)] if bounds else []
 
 
+LOUDER = 6.0
+"""Decibels by which what an alignment calls silence may be louder than what it calls speech; half of it is noted."""
+
+_SHIFT = 0.03
+"""Seconds from which it matters whether times count from the first sample or from the first picture."""
+
+
 def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[str, ...]]]], frames: int,
-          rate: str, late: float) -> dict[str, Any]:
-    """Return the alignment in the user's file moved ``late`` seconds ahead, as plain containers; ``out`` is not used.
+          rate: str, late: float, text: str = "", variant: str = "en_us", audio: Path | None = None,
+          starts: float = 0.0) -> dict[str, Any]:
+    """The alignment in the user's file moved ``late`` seconds ahead, as plain containers, with notes.
+
+    Its times count from the first sample of the file's sound. Where that starts late, and speech is where the times
+    say only if they count from the first picture, they do.
+
+    Args:
+        name, out: not used.
+        path: the file.
+        words: each word with its pronunciations.
+        frames, rate: of the video.
+        late: seconds by which the sound was moved.
+        text, variant: what is said, compared with the words of the alignment.
+        audio: the sound of the corpus, None where there is none.
+        starts: seconds from the first picture to the first sample of the file's sound.
 
     Raises:
-        DnnvssError: the file is damaged, has no phones, or does not fit the recording.
+        DnnvssError: the file is damaged, has no phones, is of another sentence, or does not fit the recording.
     """
     found = read_alignment(path, name)
     if "phones" not in found:
         raise DnnvssError("has no tier of phones", file=path, utterance=name, remedy="Name the tier phones")
     try:
-        whole = _moved(spanning(found, float(frames / Fraction(rate))), late)
+        notes = _compared(found, text, variant)
+        sound = read_audio(audio) if audio is not None else None
+        whole, more = _laid(found, float(frames / Fraction(rate)), late, starts, sound)
+        if "words" not in whole:
+            whole = whole.with_tier(words_over(whole["phones"], words))
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=path, utterance=name, remedy=error.remedy) from error
-    if "words" not in whole:
-        whole = whole.with_tier(words_over(whole["phones"], words))
-    return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": []}
+    return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": [], "notes": notes + more}
+
+
+def _compared(found: Alignment, text: str, variant: str) -> list[str]:
+    """What is to be noted of the words of an alignment beside the text; another sentence is refused."""
+    if "words" not in found or not text:
+        return []
+    share, written, aligned = agreement(text, found["words"].labels, variant)
+    if share < OTHER:
+        said = " ".join(label for label in found["words"].labels if label)
+        raise DnnvssError(f"its words are {said[:80]!r}, and the text is {text[:80]!r}",
+                          remedy="Give the alignment of this recording, or leave it out: the sound is aligned then")
+    return [f"its alignment says {aligned!r} where the text has {written!r}"] if share < 1 else []
+
+
+def _laid(found: Alignment, seconds: float, late: float, starts: float, sound: np.ndarray | None
+          ) -> tuple[Alignment, list[str]]:
+    """An alignment over a recording of some seconds, and what is to be noted of it."""
+    whole = _moved(spanning(found, seconds), late - starts)
+    if sound is None:
+        return whole, []
+    clear, notes = contrast(whole["phones"], sound), list[str]()
+    if abs(starts) > _SHIFT:
+        other = _moved(spanning(found, seconds), late)
+        if contrast(other["phones"], sound) > clear + 1:
+            whole, clear = other, contrast(other["phones"], sound)
+            notes = [f"its times count from the first picture, and its sound starts {starts:.2f} s after it"]
+    if clear < -LOUDER:
+        raise DnnvssError(f"what its alignment calls silence is {-clear:.0f} dB louder than what it calls speech",
+                          remedy="Give the alignment of this recording, or leave it out: the sound is aligned then")
+    if clear < -LOUDER / 2:
+        notes.append(f"what its alignment calls silence is {-clear:.0f} dB louder than what it calls speech")
+    return whole, notes
+
+
+def contrast(phones: Tier, sound: np.ndarray) -> float:
+    """Decibels between the middle level of speech and that of silence; 0 where there is little of either.
+
+    Args:
+        phones: the tier.
+        sound: (n,) at 16 kHz.
+    """
+    level = levels(sound)
+    at = (np.arange(len(level)) + 0.5) / 100
+    edges = np.array([s.end for s in phones])
+    labels = np.array([s.label not in SILENCES for s in phones])
+    spoken = labels[np.minimum(np.searchsorted(edges, at, "right"), len(labels) - 1)]
+    if min(spoken.sum(), (~spoken).sum()) < 20:
+        return 0.0
+    return float(np.median(level[spoken]) - np.median(level[~spoken]))
 
 
 def _moved(alignment: Alignment, late: float) -> Alignment:

@@ -266,7 +266,9 @@ def _sounds(run: Preparation, made: Results, late: Mapping[str, float]) -> Resul
 def _aligned(run: Preparation, made: Results, late: Mapping[str, float]) -> Results:
     """Return the phone times of every utterance: from the user's file, or heard, twice where a voice can be learnt."""
     given_tasks, tasks = _alignment_tasks(run, made, late)
-    results = run.take(run.shop.run("given alignment", given, given_tasks)) if given_tasks else {}
+    results = run.take(run.shop.run("given alignment", given, given_tasks, GIVEN)) if given_tasks else {}
+    for name, result in results.items():
+        run.outcomes[name].notes += result["notes"]
     tried = run.shop.run("alignment", heard, tasks, ALIGNER) if tasks else {}
     first = {n: result for n, result in tried.items() if "dropped" not in result}
     bare = {n: {k: v for k, v in t.items() if k != "slack"} for n, t in tasks.items()}
@@ -308,7 +310,10 @@ def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]
             continue
         task = {"words": words, "frames": made[s.id]["frames"], "rate": made[s.id]["rate"]}
         if s.alignment:
-            known[s.id] = {**task, "path": s.alignment, "late": late.get(s.id, 0.0) - made[s.id].get("starts", 0.0)}
+            sound = made[s.id]["audio"]
+            known[s.id] = {**task, "path": s.alignment, "late": late.get(s.id, 0.0), "text": s.text,
+                           "starts": made[s.id].get("starts", 0.0), "variant": recipe.info.variant,
+                           "audio": files.inside(run.shop.out, sound) if sound else None}
         else:
             bounds = [(a - late[s.id], b - late[s.id]) for a, b in s.bounds]
             audio = files.inside(run.shop.out, made[s.id]["audio"])
@@ -331,6 +336,9 @@ def _doubts(result: dict[str, Any], words: Sequence[str], far: float) -> list[st
 
 DAMAGED = 5
 """Frames of landmarks off the face from which a clip whose picture jumps is taken to be damaged."""
+
+GIVEN = 1
+"""Version of how given alignments are read."""
 
 ALIGNER = 5
 """Version of the aligner: alignments of earlier ones are made anew."""

@@ -268,7 +268,7 @@ def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:
 
 
 def read_text(path: str | Path, remedy: str) -> str:
-    """The text in a file, in UTF-8 or UTF-16, with or without a byte order mark; lines end in ``\\n``.
+    """The text in a file, whichever encoding its editor chose (:func:`text_encoding`); lines end in ``\\n``.
 
     Raises:
         DnnvssError: the file is missing or in another encoding; names the first byte that does not fit and its line.
@@ -276,21 +276,36 @@ def read_text(path: str | Path, remedy: str) -> str:
     path = Path(path)
     data: bytes = read(path, Path.read_bytes, remedy)
     try:
-        text = data.decode(_encoding(data))
+        text = data.decode(text_encoding(data))
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise DnnvssError(f"line {line}: byte {error.start} ({data[error.start]:#04x}) is no {error.encoding}",
                           file=path, remedy="Save it as UTF-8") from error
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a")
 
 
-def _encoding(data: bytes) -> str:
-    """What text is encoded in, as its first bytes tell; Windows writes UTF-16 where it says Unicode."""
+def text_encoding(data: bytes) -> str:
+    """What text is encoded in: UTF-8, UTF-16 and UTF-32, with or without a byte order mark, else what Windows writes.
+
+    ``cp1252`` is told from what is no text by its signs: it has no control characters, and most letters are ASCII.
+    """
+    if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
+        return "utf-32"
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return "utf-16"
     if b"\0" in data[:2]:
         return "utf-16-be" if data[0] == 0 else "utf-16-le"
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        high = len(data.translate(None, bytes(range(128))))
+        if not _NO_TEXT.search(data) and high <= max(1, 0.3 * len(data)):
+            return "cp1252"
     return "utf-8-sig"
+
+
+_NO_TEXT = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x19\x1b-\x1f\x7f\x81\x8d\x8f\x90\x9d]")
+"""Control characters, and bytes that mean nothing in cp1252."""
 
 
 def read_json(path: str | Path, remedy: str = "Write the file again") -> Any:

@@ -6,6 +6,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats.grid import read_grid_align, write_grid_align
 from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
 from dnnvss.formats.labels import word_of
+from dnnvss.formats.pace import check_pace
 from dnnvss.formats.textgrid import read_textgrid, write_textgrid
 from dnnvss.formats.words import read_words_csv, write_words_csv
 from dnnvss.phones import SILENCE, SILENCES
@@ -22,9 +23,14 @@ def read_alignment(path: str | Path, utterance: str | None = None) -> Alignment:
         utterance: the id to take from an ``.mlf``; not needed if it holds one utterance.
 
     Raises:
-        DnnvssError: another suffix, a damaged file, or an ``.mlf`` that does not hold the utterance.
+        DnnvssError: another suffix, a damaged file, times in another unit than the format's, or an ``.mlf`` that does
+            not hold the utterance.
     """
     path = Path(path)
+    return check_pace(_read(path, utterance), path)
+
+
+def _read(path: Path, utterance: str | None) -> Alignment:
     match path.suffix.lower():
         case ".textgrid":
             return read_textgrid(path)

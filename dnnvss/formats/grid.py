@@ -5,7 +5,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import word_tier
-from dnnvss.formats.numbers import number
+from dnnvss.formats.numbers import comma_number
 from dnnvss.timing import Segment, Tier
 
 UNIT = 25_000
@@ -32,7 +32,7 @@ def read_grid_align(path: str | Path, unit: float = UNIT) -> Tier:
             continue
         fields = line.split()
         try:
-            start, end = (number(field) / unit for field in fields[:2])
+            start, end = (comma_number(field) / unit for field in fields[:2])
             segment = Segment(start, end, " ".join([fields[2], *fields[3:]]))
             Tier("words", [*segments[-1:], segment])
         except (ValueError, IndexError, DnnvssError) as error:

@@ -6,7 +6,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import phone_of, phone_tier, word_of
-from dnnvss.formats.numbers import number, whole
+from dnnvss.formats.numbers import comma_number, whole
 from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
 
@@ -14,6 +14,7 @@ UNIT = 10_000_000
 """HTK's time units in a second."""
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?", re.IGNORECASE)
+_TIME = re.compile(r"[-+]?\d+([.,]\d*)?(e[-+]?\d+)?", re.IGNORECASE)
 _REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
 
 
@@ -23,7 +24,8 @@ def read_lab(path: str | Path) -> Alignment:
     Lines are ``start end phone`` with times in 100 ns units (times with a decimal point are seconds). A fourth column
     that holds a number on every line is a score and is left out. Other text there, or after the score, is the word that
     begins with this phone (HTK's second level) and gives the tier ``words``; ``_`` inside it stands for a space. HTS
-    full-context labels give the phone in their middle.
+    full-context labels give the phone in their middle; lines that are states of one phone (``[2]`` to ``[6]`` behind
+    the label, as Merlin writes them) are that phone.
 
     Raises:
         DnnvssError: unreadable, no line, a line that is not of this form, a gap, an overlap or an unknown phone; names
@@ -93,11 +95,12 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     segments, words = list[Segment](), list[tuple[float, str]]()
     table = [(place, line, line.split()) for place, line in lines if line.strip()]
     column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
+    state = 0
     for place, line, fields in table:
         try:
             start, end = (_seconds(x) for x in fields[:2])
             segment = Tier("phones", [(start, end, fields[2])])[0]
-            phone_of(segment.label)
+            phone_of(_state(segment.label)[0])
         except (ValueError, IndexError) as error:
             raise DnnvssError(f"line {place}: {line.strip()!r} is not START END PHONE", file=path, utterance=utterance,
                               remedy=_REMEDY) from error
@@ -109,7 +112,11 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
             size = abs(segment.start - segments[-1].end)
             raise DnnvssError(f"line {place}: {kind} of {size:.4f} s before {fields[2]!r}", file=path,
                               utterance=utterance, remedy="Make the lines meet; write silence as a line of its own")
-        segments.append(segment)
+        before, (base, state) = state, _state(segment.label)
+        if 0 < before < state and segments[-1].label == base:
+            segments[-1] = segments[-1]._replace(end=segment.end)
+            continue
+        segments.append(segment._replace(label=base))
         if len(fields) > column:
             words.append((start, word_of(fields[column].replace("_", " "))))
     if not segments:
@@ -120,9 +127,21 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     return Alignment(tiers)
 
 
+def _state(label: str) -> tuple[str, int]:
+    """A label without the state that it may be of, and the number of that state; 0 where it is of none."""
+    match = re.fullmatch(r"(.+)\[(\d{1,2})\]", label, re.ASCII)
+    return (match[1], int(match[2])) if match else (label, 0)
+
+
+def is_transcript(text: str) -> bool:
+    """Whether a ``.lab`` holds words, as the Montreal Forced Aligner wants them, and no line with times."""
+    lines = [line.split() for line in text.splitlines() if line.strip()]
+    return bool(lines) and not any(len(f) > 1 and _TIME.fullmatch(f[0]) and _TIME.fullmatch(f[1]) for f in lines)
+
+
 def _seconds(text: str) -> float:
-    """A time: units of 100 ns, or seconds where it has a decimal point."""
-    return number(text) if "." in text else whole(text) / UNIT
+    """A time: units of 100 ns, or seconds where it has a decimal point (comma)."""
+    return comma_number(text) if "." in text or "," in text else whole(text) / UNIT
 
 
 def _words(begins: list[tuple[float, str]], phones: Tier) -> Tier:

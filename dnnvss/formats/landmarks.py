@@ -16,7 +16,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError
-from dnnvss.formats.numbers import number
+from dnnvss.formats.numbers import NO_NUMBER, comma_number
 from dnnvss.formats.openface import Landmarks, most_frames, read_openface
 from dnnvss.records import as_record
 from dnnvss.settings import setting
@@ -95,8 +95,8 @@ def read_pts(path: str | Path) -> np.ndarray:
 
 
 def _coordinate(text: str) -> float:
-    """A coordinate; ``nan`` where a tracker found no point."""
-    return np.nan if text.lower() == "nan" else number(text)
+    """A coordinate; NaN where a tracker found no point."""
+    return np.nan if NO_NUMBER.fullmatch(text) else comma_number(text)
 
 
 def write_pts(path: str | Path, points: np.ndarray) -> Path:

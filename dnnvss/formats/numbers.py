@@ -6,6 +6,8 @@ LARGEST = 1e15
 """Beyond it a number is a mistake of whoever wrote it."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
+NO_NUMBER = re.compile(r"[+-]?(nan(\(.*\))?|1[.,]?#\w+|inf(inity)?|n/?a)?", re.IGNORECASE)
+"""What C libraries and tables write for a value that is no number: nan, -nan(ind), 1.#QNAN, NA, nothing."""
 _LONGEST = 60  # characters
 
 
@@ -19,6 +21,11 @@ def number(text: str) -> float:
     if len(text) > _LONGEST or not _NUMBER.fullmatch(text) or not abs(value := float(text)) < LARGEST:
         raise ValueError(f"{text[:_LONGEST]!r} is no number")
     return value
+
+
+def comma_number(text: str) -> float:
+    """The number that a text is, which may have a comma before its decimals; raises as :func:`number` does."""
+    return number(text.replace(",", ".") if text.count(",") == 1 and "." not in text else text)
 
 
 def whole(text: str) -> int:

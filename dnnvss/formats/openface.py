@@ -1,8 +1,7 @@
 """OpenFace's CSV: landmarks in the picture or in space, by the names of their columns."""
 
-import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,14 +9,13 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.formats.numbers import number as parsed
+from dnnvss.formats.numbers import NO_NUMBER
+from dnnvss.formats.rows import table_rows
 
 _CSV = ("Give the CSV that OpenFace's FeatureExtraction writes, with columns frame, success, x_0 ... y_67 "
         "(X_0 ... Z_67 for points in space)")
 _AXES = {2: ("x", "y"), 3: ("X", "Y", "Z")}
 """Names of the columns before the underscore: in pixels of the picture, in millimetres before the camera."""
-_NO_NUMBER = re.compile(r"[+-]?(nan(\(.*\))?|1\.?#\w+|inf(inity)?)?", re.IGNORECASE)
-"""What C libraries write for a value that is no number: nan, -nan(ind), 1.#QNAN, nothing."""
 _FEW, _GAPS = 64_000_000, 20
 
 
@@ -65,8 +63,8 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
             number, or a frame that comes twice; names the line.
     """
     path = Path(path)
-    lines = files.read(path, _lines, _CSV)
-    names = [name.strip() for name in lines[0][1]] if lines else []
+    lines, number = files.read(path, lambda p: table_rows(files.read_text(p, _CSV)), _CSV)
+    names = lines[0][1] if lines else []
     axes = _AXES[dimensions]
     count = sum(bool(re.fullmatch(rf"{axes[0]}_\d+", name)) for name in names)
     coordinates = [f"{axis}_{i}" for i in range(count) for axis in axes]
@@ -75,10 +73,10 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
         raise DnnvssError("holds no frame", file=path, remedy=_CSV)
     optional = [name for name in ("face_id", "confidence", "timestamp") if name in place]
     wanted = ["frame", "success", *optional, *coordinates]
-    table = np.array([_row(path, number, row, names, wanted, place) for number, row in lines[1:]])
+    table = np.array([_row(path, line, row, names, wanted, place, number) for line, row in lines[1:]])
     column = {name: table[:, i] for i, name in enumerate(wanted)}
     kept, faces = _one_face(column, table[:, -len(coordinates):].reshape(len(table), count, dimensions))
-    numbers = np.array([number for number, _ in lines[1:]])[kept]
+    numbers = np.array([line for line, _ in lines[1:]])[kept]
     frame = _frames(path, column["frame"][kept], numbers, most_frames(len(numbers), count, dimensions))
     points = np.full((frame.max() + 1, count, dimensions), np.nan, np.float32)
     points[frame] = table[kept, -len(coordinates):].reshape(-1, count, dimensions)
@@ -91,12 +89,6 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     return Landmarks(points, valid & np.isfinite(points).all(axis=(1, 2)), times, faces)
 
 
-def _lines(path: Path) -> list[tuple[int, list[str]]]:
-    """The lines that are not blank, split at commas, with their numbers."""
-    rows = csv.reader(files.read_text(path, _CSV).splitlines())
-    return [(number, row) for number, row in enumerate(rows, start=1) if any(cell.strip() for cell in row)]
-
-
 def _places(path: Path, names: Sequence[str], wanted: Sequence[str]) -> dict[str, int]:
     """Name of a column to its place; ``wanted`` are there, once."""
     if missing := [name for name in wanted if name not in names]:
@@ -107,24 +99,24 @@ def _places(path: Path, names: Sequence[str], wanted: Sequence[str]) -> dict[str
     return place
 
 
-def _row(path: Path, number: int, row: Sequence[str], names: Sequence[str], wanted: Sequence[str],
-         place: Mapping[str, int]) -> list[float]:
+def _row(path: Path, line: int, row: Sequence[str], names: Sequence[str], wanted: Sequence[str],
+         place: Mapping[str, int], number: Callable[[str], float]) -> list[float]:
     """The wanted values of a line; coordinates that are no number become NaN."""
-    cells = [cell.strip() for cell in row]
+    cells = list(row)
     while len(cells) > len(names) and not cells[-1]:  # a comma at the end
         cells.pop()
     if len(cells) != len(names):
-        raise DnnvssError(f"line {number}: {len(cells)} columns of {len(names)}", file=path, remedy=_CSV)
-    return [_value(path, number, name, cells[place[name]]) for name in wanted]
+        raise DnnvssError(f"line {line}: {len(cells)} columns of {len(names)}", file=path, remedy=_CSV)
+    return [_value(path, line, name, cells[place[name]], number) for name in wanted]
 
 
-def _value(path: Path, number: int, name: str, text: str) -> float:
-    if _NO_NUMBER.fullmatch(text) and name != "frame":
+def _value(path: Path, line: int, name: str, text: str, number: Callable[[str], float]) -> float:
+    if NO_NUMBER.fullmatch(text) and name != "frame":
         return np.nan
     try:
-        return parsed(text)
+        return number(text)
     except ValueError as error:
-        raise DnnvssError(f"line {number}: {name} is {text[:80]!r}, which is not a number", file=path,
+        raise DnnvssError(f"line {line}: {name} is {text[:80]!r}, which is not a number", file=path,
                           remedy=_CSV) from error
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import word_tier
-from dnnvss.formats.numbers import number
+from dnnvss.formats.rows import table_rows
 from dnnvss.timing import Alignment, Segment, Tier
 from dnnvss.timing.tiers import TOLERANCE
 
@@ -22,7 +22,9 @@ def write_words_csv(path: str | Path, alignment: Alignment) -> Path:
 
 
 def read_words_csv(path: str | Path) -> Tier:
-    """Return the tier ``words`` of a CSV with the columns start, end (seconds) and word; what is between is ``""``.
+    """The tier ``words`` of a CSV with the columns start, end (seconds) and word; what is between is ``""``.
+
+    Cells may be parted by semicolons or tabs, and numbers then have decimal commas.
 
     Raises:
         DnnvssError: unreadable, another header, no word, a row that is not of this form, or words that overlap; names
@@ -30,16 +32,14 @@ def read_words_csv(path: str | Path) -> Tier:
     """
     path = Path(path)
     remedy = "Write the header start,end,word and a line a word, times in seconds"
-    rows = files.read(path, lambda p: list(csv.reader(io.StringIO(files.read_text(p, remedy)))), remedy)
-    if not rows or [name.strip().lower() for name in rows[0]] != ["start", "end", "word"]:
-        raise DnnvssError("line 1 is not start,end,word", file=path, remedy=remedy)
+    rows, number = files.read(path, lambda p: table_rows(files.read_text(p, remedy)), remedy)
+    if not rows or [name.lower() for name in rows[0][1]] != ["start", "end", "word"]:
+        raise DnnvssError(f"line {rows[0][0] if rows else 1} is not start,end,word", file=path, remedy=remedy)
     segments: list[Segment] = []
-    for place, row in enumerate(rows[1:], start=2):
-        if not row:
-            continue
+    for place, row in rows[1:]:
         try:
             start, end, word = row
-            segment = Tier("words", [(number(start), number(end), word.strip())])[0]
+            segment = Tier("words", [(number(start), number(end), word)])[0]
         except (ValueError, DnnvssError) as error:
             why = error.problem if isinstance(error, DnnvssError) else f"{','.join(row)!r} is not START,END,WORD"
             raise DnnvssError(f"line {place}: {why}", file=path, remedy=remedy) from error

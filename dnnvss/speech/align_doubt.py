@@ -49,7 +49,8 @@ more, with white noise as strong as the speech (0 dB) they have 5 to 12."""
 def levels(audio: np.ndarray) -> np.ndarray:
     """Return the level in decibels of every 10 ms of sound (n,) at 16 kHz."""
     hop = SPEECH_RATE // 100
-    frames = audio[: len(audio) // hop * hop].reshape(-1, hop).astype(float)
+    steady = float(audio.mean()) if len(audio) else 0.0  # an offset of the sound card is no sound
+    frames = audio[: len(audio) // hop * hop].reshape(-1, hop).astype(float) - steady
     return np.asarray(10 * np.log10((frames**2).mean(axis=1) + 1e-10))
 
 

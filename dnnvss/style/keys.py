@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -13,6 +14,8 @@ from dnnvss import files
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Gauge
+from dnnvss.formats.numbers import comma_number
+from dnnvss.formats.rows import table_rows
 from dnnvss.timing import FrameClock, Tier
 
 _LARGEST = 1e9
@@ -171,7 +174,7 @@ def read_keys(path: str | Path) -> list[Key]:
         if not isinstance(rows, list):
             raise DnnvssError("holds no list of keys", file=path, remedy=_REMEDY)
     else:
-        rows = files.read(path, lambda p: list(csv.DictReader(io.StringIO(files.read_text(p, _REMEDY)))), _REMEDY)
+        rows = files.read(path, _table, _REMEDY)
     keys = []
     for number, row in enumerate(rows, start=1):
         try:
@@ -180,6 +183,19 @@ def read_keys(path: str | Path) -> list[Key]:
             raise DnnvssError(f"key {number} cannot be read ({type(error).__name__}: {error})", file=path,
                               remedy=_REMEDY) from error
     return keys
+
+
+def _table(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV by the names of their columns; decimals behind a point."""
+    rows, number = table_rows(files.read_text(path, _REMEDY))
+    (_, head), *rest = rows or [(1, [])]
+    for place, row in rest:
+        if len(row) > len(head):
+            raise DnnvssError(f"line {place} has {len(row)} cells, and there are {len(head)} columns", file=path,
+                              remedy=_REMEDY)
+    points = number is comma_number
+    named = (zip(head, row, strict=False) for _, row in rest)
+    return [{name: re.sub(r"(?<=\d),(?=\d)", ".", cell) if points else cell for name, cell in row} for row in named]
 
 
 def _kind(path: str | Path) -> str:

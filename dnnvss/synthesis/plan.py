@@ -118,7 +118,19 @@ def check_alignment(alignment: Alignment, text: str, file: Path | None = None) -
                           remedy='Give phone times; or a recording: wav=FILE text="..."')
     if "words" not in names and not text:
         raise DnnvssError("has phones and no tier 'words'", file=file, remedy='Add text="..."')
+    if "words" in names and text:
+        _check_words(alignment, text, file)
     return alignment
+
+
+def _check_words(alignment: Alignment, text: str, file: Path | None) -> None:
+    """Refuse an alignment that says another sentence than the text."""
+    from dnnvss.text.agreement import OTHER, agreement
+
+    labels = alignment["words"].labels
+    if agreement(text, labels).share < OTHER:
+        raise DnnvssError(f"its words are {' '.join(filter(None, labels))[:80]!r}, and the text is {text[:80]!r}",
+                          file=file, remedy="Give the text that belongs to the alignment, or leave text= out")
 
 
 def heard(run: Run, sentence: "Sentence", recording: Recording) -> Plan:
