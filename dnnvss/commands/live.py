@@ -48,8 +48,8 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--video", metavar="FILE", help="raw pictures, rgb24; - for standard output")
     parser.add_argument("--fps", type=given_as(FrameClock), help="pictures a second; the talker's unless given")
     parser.add_argument("--scale", type=given_as(float), default=1.0, help="size of the pictures (1)")
-    parser.add_argument("--smoothing", type=whole(2, 1000), default=4,
-                        help="frames that parameter generation waits for (4)")
+    parser.add_argument("--smoothing", type=whole(0, 10000), default=40,
+                        help="milliseconds that parameter generation waits for, as far as its windows let it (40)")
     parser.add_argument("--articulation", type=given_as(float), default=1.0,
                         help="the dial: 1 for the talker's variance (1)")
     parser.add_argument("--fast", action="store_true", help="a file as fast as it can be read")
@@ -70,7 +70,7 @@ def _live(options: argparse.Namespace) -> int:
     torch.set_num_threads(1)
     run = Run.open(options.run)
     try:
-        face = LiveFace(run, LiveSettings(options.smoothing, options.articulation, options.fps))
+        face = LiveFace(run, LiveSettings(options.smoothing / 1000, options.articulation, options.fps))
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=run.folder, remedy=error.remedy) from error
     with ExitStack() as stack:

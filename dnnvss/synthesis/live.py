@@ -7,6 +7,7 @@ import numpy as np
 from dnnvss.curves import Stream
 from dnnvss.features.stream import FeatureStream, heard_ahead, reach
 from dnnvss.runs.run import Run
+from dnnvss.systems.examples import Task
 from dnnvss.timing import FrameClock
 
 SETTLING = 3.0
@@ -18,13 +19,13 @@ class LiveSettings:
     """How a face follows a voice.
 
     Args:
-        smoothing: frames that parameter generation waits for; twice the reach of its windows at
-            least.
+        smoothing: seconds that parameter generation waits for; at least as long as its windows
+            need.
         articulation: the dial, as in a style; None leaves the movement as it is generated.
         pictures: the clock of what comes out; the talker's own where None.
     """
 
-    smoothing: int = 4
+    smoothing: float = 0.04
     articulation: float | None = 1.0
     pictures: FrameClock | None = None
 
@@ -48,7 +49,7 @@ class LiveFace:
         task, size = run.task, len(run.face.names)
         self.features = FeatureStream(task.table, task.clock)
         self.system = run.model.stream()
-        self.curves = Stream(size, self.settings.smoothing, task.windows)
+        self.curves = Stream(size, waited(task, self.settings.smoothing), task.windows)
         self.clock = self.settings.pictures or FrameClock(run.voice.rate)
         self.dial = LiveDial(gains(run, self.settings.articulation), task.clock)
         self.pictures = LiveResampling(task.clock, self.clock, size)
@@ -66,7 +67,7 @@ class LiveFace:
         table = self.run.task.table
         return {"features": seconds(1) / 2 + seconds(reach(table)[1]) + heard_ahead(table),
                 "network": seconds(self.run.model.lookahead or 0),
-                "smoothing": seconds(self.settings.smoothing), "pictures": seconds(1)}
+                "smoothing": seconds(self.curves.lag), "pictures": seconds(1)}
 
     def push(self, samples: np.ndarray) -> np.ndarray:
         """Parameters (n, D) of the pictures that are settled once these samples came in.
@@ -93,6 +94,11 @@ class LiveFace:
 
     def _shown(self, rows: np.ndarray) -> np.ndarray:
         return self.pictures.push(self.dial(rows))
+
+
+def waited(task: Task, seconds: float) -> int:
+    """Frames that parameter generation waits for: so many seconds, or what its windows need."""
+    return max(2 * task.windows.reach, round(seconds * float(task.clock.rate)))
 
 
 def gains(run: Run, articulation: float | None) -> np.ndarray:

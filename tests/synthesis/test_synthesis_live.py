@@ -175,7 +175,7 @@ def offline(run: Run, samples: np.ndarray, settings: LiveSettings) -> np.ndarray
     codes = encode_recording(Recording(None, "", sound), run.task.table, run.task.clock)
     tier = Tier("speech", [(0.0, len(codes) / 100, "speech")])
     prediction = run.model.predict(Example("x", Alignment([tier]), codes))
-    curves = Stream(prediction.mean.shape[2], settings.smoothing, run.task.windows)
+    curves = Stream(prediction.mean.shape[2], round(100 * settings.smoothing), run.task.windows)
     rows = np.concatenate([curves.push(prediction.mean, prediction.variance), curves.finish()])
     rows = LiveDial(gains(run, settings.articulation), run.task.clock)(rows)
     clock = FrameClock(run.voice.rate)
