@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,10 @@ import torch
 from conftest import CLOCK, TABLE
 from torch import nn
 
+from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, FeatureTable, NumericScaler
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import BlendedNetworks, Example, NetworkModel
 from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, pieces
 from dnnvss.systems.recurrent import RecurrentCore
 from dnnvss.training import FitSettings
@@ -194,6 +196,28 @@ def test_a_causal_system_streams_what_it_predicts(settings: dict, variances: boo
     expected = model.predict(examples["test"][0])
     np.testing.assert_allclose(np.concatenate([p.mean for p in found]), expected.mean, rtol=1e-4, atol=1e-5)
     np.testing.assert_allclose(np.concatenate([p.variance for p in found]), expected.variance, rtol=1e-4)
+
+
+@pytest.mark.parametrize("settings", BOTH[::2], ids=lambda s: s["kind"])
+def test_refinement_and_blends_work_with_them(settings: dict, tmp_path: Path,
+                                              examples: dict[str, list[Example]]) -> None:
+    fit = replace(FIT, refine=2, refine_rate=1e-3)
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(settings, fit, variances=True))
+    model.fit(examples["train"], examples["val"], tmp_path / "alone")
+
+    def error() -> float:
+        found = [(mlpg((p := model.predict(e)).mean, p.variance), e.measured[0][:, 0]) for e in examples["val"]]
+        return float(np.mean([np.square((x - y) / model.deviation_[0]).mean() for x, y in found]))
+
+    before = error()
+    model.refine(examples["train"], examples["val"], partial(mlpg, windows=STATIC_DELTA_DELTA2), tmp_path / "refined")
+    assert error() < before
+    blend = BlendedNetworks(TABLE, CLOCK, BlendedNetworks.Settings(settings, FIT))
+    blend.fit(examples["train"], examples["val"], tmp_path / "blend")
+    e = examples["test"][0]
+    parts = [part.predict(e).mean for part in (blend.phones, blend.all)]
+    np.testing.assert_allclose(blend.predict(e).mean, (parts[0] + parts[1]) / 2, rtol=1e-5, atol=1e-6)
+    assert not np.allclose(*parts)
 
 
 def test_a_system_that_sees_the_whole_utterance_does_not_stream(tmp_path: Path,
