@@ -11,7 +11,7 @@ from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.measures import MEASURES, frame_errors
 from dnnvss.evaluation.report import number
-from dnnvss.evaluation.statistics import Difference, Estimate, difference, estimate, holm, pooled
+from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, difference, estimate, holm, pooled
 from dnnvss.face.base import APERTURE
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.phones.articulation import ARTICULATION
@@ -21,6 +21,10 @@ CLASSES = ("vowel", "bilabial", "labiodental", "dental", "alveolar", "postalveol
            "silence")
 
 Predictions = Mapping[str, np.ndarray]
+TestRow = tuple[str, str, Difference, float]
+"""Metric, which systems, their difference, and its corrected p."""
+_NOTHING = 0.9995
+"""A p that says no more than 1."""
 
 
 def phone_class(phone: str) -> str:
@@ -61,8 +65,15 @@ class Comparison:
     inputs: Mapping[str, str] = field(default_factory=dict)
 
     def estimate(self, system: str, metric: str) -> Estimate:
-        """Return a system's value and 95 % interval."""
-        return estimate(self.pairs[system][metric], self.seed)
+        """Return a system's value and 95 % interval; without the interval where the sentences are too few for one."""
+        found = estimate(self.pairs[system][metric], self.seed)
+        return Estimate(found.value, float("nan"), float("nan")) if self.few else found
+
+    @property
+    def few(self) -> list[str]:
+        """A paragraph where the sentences are too few for an interval or a test; none where they are not."""
+        count = len(self.sentences)
+        return [f"{count} sentences are too few for an interval or a test to mean anything."] if count < FEWEST else []
 
     def difference(self, first: str, second: str, metric: str) -> Difference:
         """Return second less first, tested in pairs over the sentences."""
@@ -74,6 +85,17 @@ class Comparison:
         found = [(a, b, self.difference(a, b, metric)) for i, a in enumerate(names) for b in names[i + 1 :]]
         corrected = holm([d.p for _, _, d in found])
         return [(a, b, d, p) for (a, b, d), p in zip(found, corrected, strict=True)]
+
+    def telling(self) -> tuple[list[TestRow], int]:
+        """The paired differences that can say something, and how many were left out.
+
+        One whose p is 1 after the correction is no difference that was found; nothing is told of fewer than six
+        sentences.
+        """
+        rows = [(m.title, f"{self.titled(b, a)} less {self.titled(a, b)}", d, p)
+                for m in self.measures for a, b, d, p in self.tests(m.name) if not np.isnan(d.value)]
+        kept = [row for row in rows if row[3] < _NOTHING] if not self.few else []
+        return kept, len(rows) - len(kept)
 
     @property
     def gaps(self) -> list[str]:
@@ -115,7 +137,7 @@ class Comparison:
         """Return the report in Markdown: values, tests, phone classes, definitions."""
         parts = [f"{len(self.sentences)} sentences; averages run over the first {self.first} coefficients. In brackets "
                  "the 95 % bootstrap interval over sentences."]
-        parts += self.gaps + self.rivals
+        parts += self.gaps + self.rivals + self.few
         for block in _split(self.measures, 5):
             rows = [[*self.named(s), *[_interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
             parts.append(markdown_numbers([*self.head, *[m.title for m in block]], rows))
@@ -126,15 +148,11 @@ class Comparison:
         return "\n\n".join(parts) + "\n"
 
     def _tests_text(self) -> str:
-        rows = []
-        for m in self.measures:
-            for a, b, d, p in self.tests(m.name):
-                if not np.isnan(d.value):
-                    span = _interval(Estimate(d.value, d.low, d.high))
-                    names = f"{self.titled(b, a)} less {self.titled(a, b)}"
-                    rows.append([m.title, names, span, f"{d.p:.4f}", f"{p:.4f}"])
+        kept, without = self.telling()
+        rows = [[title, names, _interval(Estimate(d.value, d.low, d.high)), f"{d.p:.4f}", f"{p:.4f}"]
+                for title, names, d, p in kept]
         head = ["metric", "systems", "difference", "p (permutation)", "p (Holm)"]
-        return markdown_numbers(head, rows)
+        return "\n\n".join([*([markdown_numbers(head, rows)] if rows else []), *left_out(without)])
 
     def _class_tables(self) -> list[str]:
         tables = []
@@ -174,6 +192,11 @@ BETTER = {"high": "higher is better", "low": "lower is better", "zero": "best at
 CLASS_METRICS = {"rmse": "RMSE (sd)", "landmarks": "landmarks (UNIT)", "aperture": "aperture error (UNIT)"}
 """Metrics of single frames, by phone class: error of the first coefficients in their standard deviations, mean
 distance of the landmarks, and mean aperture of the prediction less that of the truth."""
+
+
+def left_out(count: int) -> list[str]:
+    """A sentence about differences that say nothing; none where there are none."""
+    return [f"{count} differences are left out that may well be chance (p = 1 after correction)."] if count else []
 
 
 def compare(

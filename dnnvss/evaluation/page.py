@@ -2,7 +2,7 @@
 
 import html
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -13,7 +13,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.curves import resample
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
-from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions
+from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions, left_out
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import Estimate, pooled
 from dnnvss.face.base import APERTURE, Face
@@ -22,6 +22,8 @@ from dnnvss.timing import FrameClock
 _COLOURS = ("#2563a8", "#c2410c", "#15803d", "#7c3aed", "#b45309", "#be185d")
 _TRUTH = "#98a2b3"
 _SHOWN_RATE = 25
+HEAD = ("correlation", "rmse", "gv_ratio", "closure_recall", "landmarks", "lag")
+"""Metrics of the first table; all others are folded."""
 _WIDTH, _HEIGHT, _LEFT = 1000, 170, 40
 
 
@@ -39,30 +41,40 @@ def write_page(
         folders: system to run folder; a video ``videos/<sentence>.mp4`` in it is shown above the faces.
     """
     chosen = _chosen(result, bench)
+    shown = list(chosen)[len(chosen) // 2]
+    moving = [_moving(s, bench, systems) for s in chosen.values()]
     template = Template(resources.files("dnnvss.evaluation").joinpath("page.html").read_text("utf-8"))
     names = ", ".join(result.systems)
     text = template.substitute(
         title=html.escape(f"Evaluation: {names}"),
         lead=html.escape(" ".join([f"{len(result.sentences)} test sentences; averages over the first {result.first} "
-                                   "coefficients.", *result.rivals])),
-        values=_values(result),
+                                   "coefficients.", *result.rivals, *result.few])),
+        head=_values(result, [m for m in result.measures if m.name in HEAD]),
+        values=_values(result, result.measures),
         cards="".join(_card(result, m) for m in result.measures),
         tests=_tests(result),
-        sentences="".join(_sentence(s, bench, systems, Path(path), folders or {}) for s in chosen),
+        sentences="".join(_folded(title, _sentence(s, bench, systems, Path(path), folders or {}), title == shown)
+                          for title, s in chosen.items()),
         classes=_classes(result),
         definitions="".join(f"<dt>{html.escape(m.title)}</dt><dd>{html.escape(m.definition)} ({BETTER[m.better]})</dd>"
                             for m in result.measures),
-        data=files.json_text([_moving(s, bench, systems) for s in chosen], separators=(",", ":")).replace("</", "<\\/"),
+        data=files.json_text(moving, separators=(",", ":")).replace("</", "<\\/"),
     )
     return files.write_text(path, text)
 
 
-def _chosen(result: Comparison, bench: Bench) -> list[Sentence]:
-    """Return the worst, the middle and the best sentence of the first system by correlation."""
+def _chosen(result: Comparison, bench: Bench) -> dict[str, Sentence]:
+    """Return the worst, the middle and the best sentence of the first system by correlation, each by what it is."""
     pairs = result.pairs[result.systems[0]]["correlation"]
     order = [int(i) for i in np.argsort(pairs[:, 0]) if pairs[i, 1] > 0] or [0]
-    picks = dict.fromkeys((order[0], order[len(order) // 2], order[-1]))
-    return [bench.sentences[i] for i in picks]
+    picks = {"The worst sentence": order[0], "The middle one": order[len(order) // 2], "The best one": order[-1]}
+    once = {i: title for title, i in reversed(picks.items())}
+    return {title: bench.sentences[i] for title, i in picks.items() if once[i] == title}
+
+
+def _folded(title: str, content: str, opened: bool) -> str:
+    """Return a part of the page under its title, folded unless it is to be seen at once."""
+    return f"<details{' open' if opened else ''}><summary>{html.escape(title)}</summary>{content}</details>"
 
 
 def _table(head: list[str], rows: list[tuple[str, list[str]]]) -> str:
@@ -76,16 +88,18 @@ def _kind(result: Comparison, system: str) -> str:
     return "system" if system in result.systems else "anchor"
 
 
-def _values(result: Comparison) -> str:
+def _values(result: Comparison, measures: Sequence[Measure]) -> str:
+    """Return the values of some metrics, those left out that no system could be measured by."""
+    shown = [m for m in measures if any(not np.isnan(result.estimate(s, m.name).value) for s in result.systems)]
     rows = []
     for system in result.pairs:
         cells = [html.escape(name) for name in result.named(system)]
-        for m in result.measures:
+        for m in shown:
             e = result.estimate(system, m.name)
             around = "" if np.isnan(e.low) else f"<small>{number(e.low)} to {number(e.high)}</small>"
             cells.append(number(e.value) + around)
         rows.append((_kind(result, system), cells))
-    return _table([*result.head, *[m.title for m in result.measures]], rows)
+    return _table([*result.head, *[m.title for m in shown]], rows)
 
 
 def _card(result: Comparison, m: Measure) -> str:
@@ -128,17 +142,16 @@ def _colour(result: Comparison, system: str) -> str:
 def _tests(result: Comparison) -> str:
     if len(result.systems) < 2:
         return ""
+    kept, without = result.telling()
     rows = []
-    for m in result.measures:
-        for a, b, d, p in result.tests(m.name):
-            if not np.isnan(d.value):
-                span = number(d.low) if np.isnan(d.low) else f"{number(d.low)} to {number(d.high)}"
-                names = f"{result.titled(b, a)} less {result.titled(a, b)}"
-                cells = [html.escape(m.title), html.escape(names), number(d.value), span, f"{d.p:.4f}",
-                         f"{p:.4f}"]
-                rows.append(("system", cells))
+    for title, names, d, p in kept:
+        span = number(d.low) if np.isnan(d.low) else f"{number(d.low)} to {number(d.high)}"
+        cells = [html.escape(title), html.escape(names), number(d.value), span, f"{d.p:.4f}", f"{p:.4f}"]
+        rows.append(("system", cells))
     head = ["metric", "systems", "difference", "95 % interval", "p (permutation)", "p (Holm)"]
-    return f'<h2>Paired differences</h2><div class="scroll">{_table(head, rows)}</div>'
+    table = f'<div class="scroll">{_table(head, rows)}</div>' if rows else ""
+    note = "".join(f'<p class="note">{text}</p>' for text in (*result.few, *left_out(0 if result.few else without)))
+    return f"<details><summary>Paired differences</summary>{table}{note}</details>"
 
 
 def _classes(result: Comparison) -> str:

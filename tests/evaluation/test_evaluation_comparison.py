@@ -159,7 +159,7 @@ def test_every_phone_has_a_class_and_errors_are_counted_in_it():
 
 
 def test_reports(tmp_path):
-    b = bench(3)
+    b = bench(8)
     systems = {"a & <b>": system(b, 0.5), "other": system(b, 1.0)}
     result = compare(b, systems)
     text = result.markdown()
@@ -168,13 +168,14 @@ def test_reports(tmp_path):
         assert m.title in text and m.definition in text
     assert "Paired differences" in text and "other less a & <b>" in text and "truth + 80 ms" in text
     data = json.loads(json.dumps(result.to_json(), allow_nan=False))
-    assert data["values"]["truth"]["correlation"]["value"] == 1.0 and len(data["pairs"]["other"]["rmse"]) == 3
+    assert data["values"]["truth"]["correlation"]["value"] == 1.0 and len(data["pairs"]["other"]["rmse"]) == 8
     assert data["phone_classes"]["truth"]["vowel"]["rmse"] == 0
     assert "closure recall" in result.table()
     (tmp_path / "run" / "videos").mkdir(parents=True)
     (tmp_path / "run" / "videos" / "s1.mp4").write_bytes(b"")
     page = write_page(tmp_path / "out" / "e.html", result, b, systems, {"other": tmp_path / "run"}).read_text("utf-8")
     assert "a &amp; &lt;b&gt;" in page and "<b>" not in page.replace("a & <b>", "")
+    assert page.count("<details open>") == 1 and page.count("<details>") >= 6  # one sentence is open, the rest folded
     assert not re.search(r'(src|href)="(https?:)?//', page)  # nothing is fetched
     embedded = json.loads(re.search(r"const DATA = (.*?);\n", page).group(1))
     assert len(embedded) == 3 and len(embedded[0]["faces"]) == 3
@@ -186,7 +187,7 @@ def test_reports(tmp_path):
 
 
 def test_systems_of_different_inputs_are_told_apart(tmp_path):
-    b = bench(3)
+    b = bench(8)
     systems = {"one": system(b, 0.5), "two": system(b, 1.0), "three": system(b, 1.5)}
     result = compare(b, systems).with_inputs({"one": "voice", "two": "text", "three": "voice"})
     assert result.systems == ("two", "one", "three") and list(result.pairs)[:3] == ["two", "one", "three"]
@@ -208,3 +209,17 @@ def test_what_does_not_fit_is_named():
         compare(b, {"x": {"s0": np.zeros((5, 3)), "s1": b.sentences[1].reference}})
     with pytest.raises(DnnvssError, match="nothing to compare"):
         compare(b, {})
+
+
+def test_what_cannot_say_anything_is_left_out():
+    b = bench(8)
+    same = compare(b, {"one": system(b, 0.5), "again": system(b, 0.5)})
+    kept, without = same.telling()
+    found = [d for m in same.measures for _, _, d, _ in same.tests(m.name)]
+    assert not kept and without == sum(not np.isnan(d.value) for d in found)
+    assert f"{without} differences are left out" in same.markdown() and "1.0000" not in same.markdown()
+    few = bench(5)
+    result = compare(few, {"one": system(few, 0.5), "two": system(few, 1.0)})
+    assert np.isnan(result.estimate("one", "rmse").low) and result.telling()[0] == []
+    assert "5 sentences are too few for an interval or a test" in result.markdown()
+    assert not compare(b, {"one": system(b, 0.5)}).few

@@ -56,7 +56,7 @@ def run(tmp_path_factory):
     for kind, values in arrays.items():
         files.write_arrays(folder / "predictions" / f"{kind}.npz", **values)
     with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        run_settings(compose("train", [f"corpus.out={tmp_path}/corpus"])).write(folder)
+        run_settings(compose("train", ["model=feedforward", f"corpus.out={tmp_path}/corpus"])).write(folder)
     files.write_json(folder / "run.json", {"corpus": data.fingerprint})
     return folder
 
