@@ -53,7 +53,20 @@ def test_every_configuration_loads_and_ours_stays_out_of_the_papers() -> None:
     for path in CONF.glob("*.yaml"):
         table, config = load(path.stem), OmegaConf.load(path)
         assert config.name == path.stem
-        assert (path.stem == "ph_plus") == any(b.paper == "ours" for b in table.blocks)
+        ours = any(b.paper == "ours" and "phones" in b.reads for b in table.blocks)
+        assert (path.stem == "ph_plus") == ours
+
+
+@pytest.mark.parametrize(("name", "numeric", "needs"), [
+    ("voice", 384 * 5, {"sound"}),  # at the frame and at four around
+    ("voice_mel", 40 * 11, {"sound"}),
+    ("ph_voice", 384 * 5 + load("ph").numeric_width, {"sound", "phones", "words"}),
+    ("ph_dv_voice", 384 * 5 + load("ph_dv").numeric_width, {"sound", "phones", "words", "visemes"}),
+])
+def test_labels_of_the_voice(name: str, numeric: int, needs: set[str]) -> None:
+    table = load(name)
+    assert (table.numeric_width, table.needs) == (numeric, needs)
+    assert table.settings.logmel.causal == (name == "voice_mel")
 
 
 def test_every_row_of_table_1_is_a_block() -> None:
