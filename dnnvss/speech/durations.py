@@ -121,7 +121,7 @@ class DurationModel:
         plan = _planned(sentence, self.pauses)
         mean, deviation = self.log_durations(plan, sentence.text)
         mean = mean + deviation**2 / 2 if expected is None else np.log(expected(plan, sentence.text))
-        mean = mean + _EMPHASIS * deviation * _emphasised(sentence)
+        mean = mean + _EMPHASIS * deviation * _emphasised(sentence) - np.log(_rates(sentence))
         pauses = np.array([s.duration for s in plan["phones"] if s.label in SILENCES])
         fixed = _asked(sentence, plan)
         wanted = (np.exp(mean).sum() + pauses[~fixed].sum()) / rate
@@ -334,6 +334,11 @@ def _asked(sentence: Sentence, plan: Alignment) -> np.ndarray:
 
 def _emphasised(sentence: Sentence) -> np.ndarray:
     return np.array([float(w.emphasis) for w in sentence.words for _ in w.phones])
+
+
+def _rates(sentence: Sentence) -> np.ndarray:
+    """How fast the text asks for each phone, 1 as usual."""
+    return np.array([w.rate for w in sentence.words for _ in w.phones])
 
 
 def _stretched(mean: np.ndarray, deviation: np.ndarray, pauses: np.ndarray,

@@ -6,8 +6,9 @@ from dataclasses import replace
 from functools import lru_cache
 
 from dnnvss.errors import DnnvssError
-from dnnvss.text import quantities, wording
+from dnnvss.text import derive, numbers, quantities, wording
 from dnnvss.text.lexicon import check_phones, name_of
+from dnnvss.text.markup import PLAIN, Piece, pieces_of
 from dnnvss.text.tokens import Token, table
 from dnnvss.text.variants import VARIANTS
 from dnnvss.text.wording import Place
@@ -16,10 +17,7 @@ _SPACE = re.compile(r"(?:\s|\u200b)+")
 _UNSEEN = re.compile(r"[\u00ad\u200c-\u200f\u202a-\u202e\u2060\u2066-\u2069\ufeff\ufe0f]")
 """Soft hyphens, joiners and marks of direction: they show nothing and part no words."""
 _PHONES = re.compile(r"\{([^{}]*)\}")
-_PAUSE = re.compile(r"\[pause(?:\s+(?P<n>\d+(?:\.\d+)?)\s*(?P<unit>ms|s))?\]"
-                    r"|<break\b(?:[^<>]*time=\"(?P<n2>\d+(?:\.\d+)?)(?P<unit2>ms|s)\")?[^<>]*>", re.IGNORECASE)
-_TAG = re.compile(r"</?(?:speak|p|s|w|emphasis|prosody|say-as|sub|voice|lang|mark|b|i|em|strong|br|span|div|html|body)"
-                  r"\b[^<>]*>|<!--.*?-->", re.IGNORECASE | re.DOTALL)
+_PAUSE = re.compile(r"\[pause(?:\s+(?P<n>\d+(?:\.\d+)?)\s*(?P<unit>ms|s))?\]", re.IGNORECASE)
 _EMPHASIS = re.compile(r"(?<![\w*])(\*{1,3})(?=[^\s*])([^*\n]*[^\s*])\1(?!\w)"
                        r"|(?<!\w)(_{1,2})(?=[^\s_])([^_\n]*[^\s_])\3(?!\w)")
 _ELIDED = re.compile(r"['\u2019](?:\d\ds|em|til|cause|tis|twas|bout|round|n['\u2019]?)(?!\w)", re.IGNORECASE)
@@ -50,12 +48,59 @@ def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Tok
     if variant not in VARIANTS:
         raise DnnvssError(f"unknown variant {variant!r}", remedy=f"Use one of: {', '.join(VARIANTS)}")
     found: list[Token] = []
-    _scan(unicodedata.normalize("NFC", _UNSEEN.sub("", text)), variant == "en_gb", lenient, found)
+    pieces = pieces_of(unicodedata.normalize("NFC", _UNSEEN.sub("", text)), lenient)
+    shouting = _shouting(" ".join(piece.text for piece in pieces))
+    for piece in pieces:
+        if not piece.text:
+            _break(found, piece.brk, piece.pause)
+        elif piece.reading == PLAIN:
+            _scan(piece.text, variant == "en_gb", shouting, lenient, found)
+        else:
+            _read(piece, variant == "en_gb", shouting, lenient, found)
     return found
 
 
-def _scan(text: str, british: bool, lenient: bool, found: list[Token]) -> None:
-    shouting, at = _shouting(text), 0
+def _read(piece: Piece, british: bool, shouting: bool, lenient: bool, found: list[Token]) -> None:
+    """Read a piece of text as the tags around it ask for."""
+    how, inner = piece.reading, list[Token]()
+    british = how.dates.startswith("dm") or (british and not how.dates.startswith("md"))
+    if how.phones:
+        phones = check_phones(how.phones, piece.text)
+        inner = [Token(how.written, (name_of(phones),), phones=phones)]
+    elif how.spelt:
+        inner = [Token(sign, tuple(said)) for sign in piece.text if (said := _spelt(sign))]
+    else:
+        text = _RANK.sub(r"\1th", piece.text) if how.ordinal else piece.text
+        _scan(text, british, shouting, lenient, inner)
+    if inner and not inner[0].words:
+        _break(found, "major", inner.pop(0).pause)
+    if how.ordinal:
+        inner = [_as_rank(token, british) for token in inner]
+    found += [replace(token, emphasis=token.emphasis or how.emphasis, rate=how.rate, doubt=how.doubt or token.doubt,
+                      written=how.written or token.written) for token in inner]
+
+
+_RANK = re.compile(r"\b(\d{1,12})\b(?!\s*th)")
+
+
+def _as_rank(token: Token, british: bool) -> Token:
+    """A number that is a rank, whatever its last digit."""
+    number = re.fullmatch(r"(\d{1,12})th", token.written)
+    return replace(token, words=tuple(numbers.ordinal(int(number[1]), british))) if number else token
+
+
+def _spelt(sign: str) -> list[str]:
+    """The name of a letter, a digit or another sign; nothing for what has none."""
+    letter = derive.plain(sign)
+    if letter.isalpha():
+        return list(letter.upper())
+    if sign.isascii() and sign.isdigit():
+        return numbers.digits(sign)
+    return table("symbols").get(sign, ("",))[0].split()
+
+
+def _scan(text: str, british: bool, shouting: bool, lenient: bool, found: list[Token]) -> None:
+    at = 0
     while at < len(text):
         end = _punctuation(text, at, lenient, found)
         if end is None:
@@ -85,9 +130,9 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
             if not lenient:
                 raise
     elif match := _PAUSE.match(text, at):
-        number, unit = match["n"] or match["n2"], match["unit"] or match["unit2"]
+        number, unit = match["n"], match["unit"]
         _break(found, "major", float(number) / (1000 if unit == "ms" else 1) if number else None)
-    elif (match := _TAG.match(text, at)) or (_quiet_sign(text, at) and (match := _SILENT.match(text, at))):
+    elif _quiet_sign(text, at) and (match := _SILENT.match(text, at)):
         pass
     elif match := _MAJOR.match(text, at):
         if re.match(r"\.\d", text[at : at + 2]):
@@ -136,7 +181,7 @@ def _spoken(text: str, at: int, british: bool, shouting: bool, lenient: bool, fo
     """Read what is said at a position; return where it ends, None if nothing can be said."""
     if match := _EMPHASIS.match(text, at):
         inner: list[Token] = []
-        _scan(match[2] or match[4], british, lenient, inner)
+        _scan(match[2] or match[4], british, shouting, lenient, inner)
         if found and inner and not inner[0].words:
             _break(found, "major", inner.pop(0).pause)
         found += [replace(token, emphasis=True) for token in inner]

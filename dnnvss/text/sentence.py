@@ -36,6 +36,7 @@ class Word:
         break_after: ``none``, ``minor`` (a phrase ends) or ``major`` (a sentence ends).
         emphasis: emphasised in the text.
         pause: seconds of a pause that the text asks for, None if it does not.
+        rate: how fast the text asks for it, 1 as usual.
     """
 
     written: str
@@ -46,6 +47,7 @@ class Word:
     break_after: str = "none"
     emphasis: bool = False
     pause: float | None = None
+    rate: float = 1.0
 
     def choices(self, variant: str = "en_us") -> list[Phones]:
         """Return the pronunciations without stress that a recording may choose among, the word's own first.
@@ -168,7 +170,8 @@ def _word(token: Token, word: str, variant: str, overrides: Overrides, choice: h
     spoken = word.lower()
 
     def made(phones: Phones, source: str, doubt: str = "") -> Word:
-        return Word(token.written, spoken, phones, source, doubt or token.doubt, token.brk, token.emphasis, token.pause)
+        return Word(token.written, spoken, phones, source, doubt or token.doubt, token.brk, token.emphasis, token.pause,
+                    token.rate)
 
     if token.phones is not None:
         return made(with_stress(spoken, token.phones), "inline")

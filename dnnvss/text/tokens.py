@@ -20,6 +20,7 @@ class Token:
         emphasis: the text emphasises it.
         pause: seconds of a pause that the text asks for after it, None if it does not.
         doubt: what is uncertain about the reading, empty if nothing.
+        rate: how fast the text asks for it, 1 as usual.
     """
 
     written: str
@@ -29,6 +30,7 @@ class Token:
     emphasis: bool = False
     pause: float | None = None
     doubt: str = ""
+    rate: float = 1.0
 
     def broken(self, brk: str, pause: float | None = None) -> "Token":
         """Return the token with at least that break, and with a pause where one is given."""

@@ -13,6 +13,12 @@ LONGEST = 60
 """Letters of the longest word that is read."""
 
 _SPELT = word_set("us it am id ai la ad ac dc pe led who sat ip os uk eu un tv pc hr pr ny")
+_NAMED = word_set("aws gpu nyc usb hdmi dvd cpu usa uae sql url faq rsvp diy eta iq vip atm abc")
+"""Acronyms that are spelt however they are written."""
+_CLEAR = _NAMED | word_set("ai tv pc uk eu os ip hr ny dc")
+"""Acronyms that are spelt in a text of capitals too."""
+_SOUNDS = word_set("tsk nth pst hm mm sh hmm psst pfft brr grr")
+_SHORT = 6  # letters of a word that may be an acronym in lower case
 _STARTERS = word_set(
     "The He She It We They I But In And You This That There A An On At My His Her Our What When Who Why "
     "How"
@@ -56,8 +62,15 @@ def _letters(text: str) -> list[str]:
     return [c.upper() for c in text if c.isalpha()]
 
 
+_ONSET = re.compile(
+    "(?:sch|scr|shr|spl|spr|str|thr|chr|phr|b[lr]|c[hlr]|d[rw]|f[lr]|g[hlnr]|k[hlnr]|mc|p[hlnrs]|qu?|rh|s[chklmnpqtvw]|"
+    "t[hrsw]|v[lr]|w[hr]|zh|[bcdfghjklmnpqrstvwxyz])?[aeiouy]")
+"""How a word of English begins."""
+
+
 def _readable(word: str) -> bool:
-    return bool(re.search("[aeiouy]", word)) and not re.search("[^aeiouy']{4}", word)
+    """Whether letters can be read as a word: they begin as words do, and not too many of a kind follow each other."""
+    return bool(_ONSET.match(word)) and not re.search("[^aeiouy']{4}|[aeiou]{4}|([a-z])\\1\\1", word)
 
 
 # ---- addresses -------------------------------------------------------------------------------------------------------
@@ -207,15 +220,24 @@ def _word(text: str, place: Place) -> list[str] | None:
         return [_single(text.strip("'"), place)]
     if plural := re.fullmatch(r"([A-Z]{2,})'?s", text):
         return [*_letters(plural[1][:-1]), plural[1][-1].lower() + "'s"]
-    if text.isupper() and not place.shouting and "'" not in text:
+    if text.isupper() and "'" not in text and (not place.shouting or bare in _CLEAR or not _has(bare)):
         return _acronym(bare)
+    if bare in _NAMED or (text.islower() and len(bare) < _SHORT and not _has(bare) and _is_spelt(bare)):
+        return _letters(bare)
     parts = re.findall(r"[A-Z]?[a-z']+|[A-Z]+(?![a-z])", text) if not _has(bare) and text.isascii() else []
     if len(parts) > 1 and "".join(parts) == text and not text.isupper():
         return [w for part in parts for w in _word(part, place) or []]
     return [bare]
 
 
+def _is_spelt(low: str) -> bool:
+    """Whether letters in lower case are an acronym: no word begins so, and no sound such as *shh* is drawn out."""
+    return not _readable(low) and low not in _SOUNDS and not re.search(r"(.)\1", low)
+
+
 def _acronym(low: str) -> list[str]:
+    if low in _NAMED:
+        return _letters(low)
     if low not in _SPELT and _has(low):
         return [low]
     return [low] if len(low) > 3 and _readable(low) and low not in _SPELT else _letters(low)
