@@ -90,9 +90,8 @@ class GuidedSegments(VisualModel):
         if not len(self.starts_):
             raise DnnvssError(f"no {self.settings.length:g} s of the training were measured in one piece",
                               remedy="Give a shorter model.length")
-        streams = train[0].measured[0].shape[1]
         self.variance_ = 0.01 * np.concatenate([t[v] for t, v in measured]).var(axis=0, dtype=np.float64) + 1e-12
-        self.variance_ = self.variance_[:streams]
+        self._index()
 
     def predict(self, example: Example) -> Prediction:
         """The faded segments and their derivatives; the variance is a hundredth of the training frames'."""
@@ -102,7 +101,7 @@ class GuidedSegments(VisualModel):
 
     def chosen(self, guide: np.ndarray) -> list[int]:
         """The first frames, among all training frames, of the segments for a guide (T, D): one every half segment."""
-        rows = [self._nearest(wanted) for wanted in self._pieces(guide)]
+        rows = self.nearest(np.stack(self._pieces(guide))[:, self._places])
         total, back = rows[0][1], []
         for (before, _), (entries, costs) in pairwise(rows):
             behind = self._frames(before + self.half, self.half).reshape(len(before), -1)
@@ -135,6 +134,7 @@ class GuidedSegments(VisualModel):
         self.leader.load_state(state["guide"])
         self.static_, self.starts_, self.centre_, self.stretch_, self.variance_ = (
             state[name].numpy() for name in ("static", "starts", "centre", "stretch", "variance"))
+        self._index()
 
     def _guide(self, example: Example) -> np.ndarray:
         return (self.leader.predict(example).mean[:, 0] - self.centre_) * self.stretch_ + self.centre_
@@ -157,15 +157,25 @@ class GuidedSegments(VisualModel):
         """The frames of a segment at which it is compared."""
         return np.round(np.linspace(0, 2 * self.half - 1, _SAMPLES)).astype(int)
 
-    def _nearest(self, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The first frames (n,) of the recorded segments nearest to a piece of the guide, and their costs."""
-        costs = np.zeros(len(self.starts_))
-        for place in self._places:
-            costs += ((self.static_[self.starts_ + place] - wanted[place]) ** 2).sum(axis=1) / _SAMPLES
-        count = min(self.settings.candidates, len(costs))
-        best = np.argpartition(costs, count - 1)[:count]
-        best = best[np.lexsort((best, costs[best]))]
-        return self.starts_[best], costs[best]
+    def nearest(self, wanted: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """For each piece of a guide, the first frames (n,) of the nearest recorded segments, and their costs (n,).
+
+        Args:
+            wanted: the pieces at five points, (pieces, 5, D).
+        """
+        flat = wanted.reshape(len(wanted), -1).astype(np.float32)
+        rough = (self._samples**2).sum(axis=1)[:, None] - 2 * self._samples @ flat.T
+        count = min(self.settings.candidates, len(rough))
+        found = []
+        for k, near in enumerate(np.argpartition(rough, count - 1, axis=0)[:count].T):
+            costs = ((self._samples[near].astype(np.float64) - wanted[k].ravel()) ** 2).sum(axis=1) / _SAMPLES
+            best = np.lexsort((near, costs))
+            found.append((self.starts_[near[best]], costs[best]))
+        return found
+
+    def _index(self) -> None:
+        """Sample every recorded segment at its five points, float32 (n, 5 D)."""
+        self._samples = self.static_[self.starts_[:, None] + self._places].reshape(len(self.starts_), -1)
 
     def _frames(self, starts: np.ndarray, count: int) -> np.ndarray:
         """The trajectory (n, count, D) from each of some frames on."""

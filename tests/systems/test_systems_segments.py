@@ -34,7 +34,7 @@ def test_the_path_is_the_cheapest_of_all(model: GuidedSegments, examples: dict[s
                                          monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(model, "settings", SegmentSettings(length=0.1, every=0.01, candidates=3, join=2.0))
     guide = examples["test"][0].targets[: 3 * model.half, 0]
-    rows = [model._nearest(piece) for piece in model._pieces(guide)]
+    rows = model.nearest(np.stack(model._pieces(guide))[:, model._places])
     worth = {}
     for path in np.ndindex(*(len(entries) for entries, _ in rows)):
         starts = [entries[k] for (entries, _), k in zip(rows, path, strict=True)]
