@@ -64,6 +64,7 @@ def train(config: DictConfig) -> float:
     print(f"training {settings.model_name} on {len(material.examples['train'])} utterances; "
           f"TensorBoard: {places.tensorboard}")
     model.take_face(encoded.face)
+    model.shown_on(encoded.face)
     model.fit(material.examples["train"], material.examples["val"], folder)
     if helper:  # the first process of those that share the fit does the rest
         return math.nan

@@ -104,6 +104,7 @@ def report(spoken: Spoken, **about: Any) -> dict[str, Any]:
     optional = {"pronunciation": list(plan.pronunciation), "alignment_scores": list(plan.scores),
                 "engine": plan.engine, "visemes": spoken.visemes}
     risks = {"frames": len(spoken.movement), "rate": str(spoken.clock.rate),
+             **({} if spoken.unfamiliar is None else {"unseen_triphones": round(spoken.unfamiliar, 3)}),
              "spans": [span.to_json() for span in spoken.risks]}
     return {"run": str(run.folder), "text": plan.text, **{k: v for k, v in optional.items() if v},
             "replaced_phones": dict(spoken.stand_ins), "risks": risks, **about, "model": dict(spoken.report),

@@ -1,6 +1,6 @@
 """Which frames of a synthesised sentence may be wrong, and why: what the talker never said, and what was guessed."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
@@ -15,10 +15,14 @@ from dnnvss.timing import Alignment, FrameClock
 
 Risk = Mapping[str, Any]
 """Plain values with a ``kind``: ``unseen phone`` (with ``phone`` and ``stands_in``), ``unseen triphone`` (with
-``triphone``), ``weak alignment`` (with ``word`` and its ``score`` a frame), ``unknown word`` (with ``word`` and the
-``phones`` that a network guessed), ``unheard sound`` (with its ``distance``, over what is usual in the recordings that
-the run has heard), ``key beyond the talker`` (with ``name``, the key's ``low`` and ``high``, and what the talker
-``showed``)."""
+``triphone``), ``unseen neighbours`` (likewise), ``weak alignment`` (with ``word`` and its ``score`` a frame), ``unknown
+word`` (with ``word`` and the ``phones`` that a network guessed), ``unheard sound`` (with its ``distance``, over what is
+usual in the recordings that the run has heard), ``key beyond the talker`` (with ``name``, the key's ``low`` and
+``high``, and what the talker ``showed``)."""
+
+
+_TELLING, _MOST = 8, 0.5
+"""Phones of a sentence that is long enough to tell, and the share of unseen triphones that is most of them."""
 
 
 class Span(NamedTuple):
@@ -82,8 +86,12 @@ def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, s
         known: triphones that the talker spoke. Contexts are judged with the stand-ins, as the model sees them.
         words: risks of each word; none where nothing is known about the words.
         keys: risks of keys, each with its time from the start in seconds; they are those of the phone it lies in.
+
+    Where most triphones of a sentence are unseen (:func:`unfamiliar`), each of them says nothing: then phones are
+    marked beside which neither neighbour was ever heard (``unseen neighbours``).
     """
-    tier, known = alignment["phones"], frozenset(known)
+    strange = unfamiliar(alignment, replaced, known := frozenset(known)) is not None
+    tier, pairs = alignment["phones"], _pairs(known)
     seen = triphones(tier.renamed(replaced.get(p, p) for p in tier.labels))
     named = [k for k, label in enumerate(alignment["words"].labels) if label]
     risks_of = dict(zip(named, words, strict=True)) if words else {}
@@ -96,13 +104,33 @@ def find_risks(alignment: Alignment, clock: FrameClock, replaced: Mapping[str, s
             continue
         if segment.label in replaced:
             own.append({"kind": "unseen phone", "phone": segment.label, "stands_in": replaced[segment.label]})
-        if triphone not in known:
+        if triphone not in known and not strange:
             own.append({"kind": "unseen triphone", "triphone": triphone})
+        if strange and not _pairs((triphone,)) & pairs:
+            own.append({"kind": "unseen neighbours", "triphone": triphone})
         rows.append((*own, *risks_of.get(owner, ())))
     frames, seconds = tier.frame_edges(clock).tolist(), tier.edges.tolist()
     spans = [Span(a, b - 1, s, e, row) for (a, b), (s, e), row in zip(pairwise(frames), pairwise(seconds), rows,
                                                                       strict=True) if row and b > a]
     return _joined(spans)
+
+
+def unfamiliar(alignment: Alignment, replaced: Mapping[str, str], known: Collection[str]) -> float | None:
+    """The share of a sentence's triphones that the talker never spoke; None where that is not most of them.
+
+    Sentences of less than eight phones are too short to tell.
+    """
+    tier = alignment["phones"]
+    seen = triphones(tier.renamed(replaced.get(p, p) for p in tier.labels))
+    spoken = [triphone in known for triphone, p in zip(seen, tier.labels, strict=True) if p not in SILENCES]
+    share = 1 - sum(spoken) / max(len(spoken), 1)
+    return share if len(spoken) >= _TELLING and share > _MOST else None
+
+
+def _pairs(known: Collection[str]) -> frozenset[tuple[str, str]]:
+    """The neighbouring phones in triphones."""
+    parts = [name.replace("+", "-").split("-") for name in known]
+    return frozenset(pair for a, b, c in parts for pair in ((a, b), (b, c)))
 
 
 def sound_risks(strangeness: np.ndarray, clock: FrameClock) -> list[Span]:

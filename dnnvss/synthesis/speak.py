@@ -16,7 +16,7 @@ from dnnvss.style import Key, sample_keys
 from dnnvss.style.generator import all_gauges
 from dnnvss.synthesis.plan import Plan, make_plan
 from dnnvss.synthesis.request import SpeakRequest
-from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, word_risks
+from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, unfamiliar, word_risks
 from dnnvss.synthesis.stage import Stage, open_stage
 from dnnvss.systems import Example
 from dnnvss.timing import Alignment, FrameClock
@@ -123,7 +123,16 @@ class Spoken:
         beyond = key_risks(self.request.keys, self.run.generator.talker.reach, self.run.face.names)
         lines += [f"the key {r['name']} at {time:g} s asks for {r['low']:g} to {r['high']:g}, and the talker showed "
                   f"{r['showed'][0]:g} to {r['showed'][1]:g}: it is obeyed" for time, r in beyond]
+        if (share := self.unfamiliar) is not None:
+            lines += [f"the talker never spoke {share:.0%} of these triphones, so that single ones are not marked"]
         return (*lines, summary(self.risks, len(self.movement)))
+
+    @property
+    def unfamiliar(self) -> float | None:
+        """The share of triphones that the talker never spoke, where that is most of them."""
+        if not self.plan.phones:
+            return None
+        return unfamiliar(self.plan.alignment, self.stand_ins, self.run.voice.triphones)
 
 
 def speak(run: Run, request: SpeakRequest) -> Spoken:

@@ -110,6 +110,17 @@ class VisualModel(ABC):
         """What a system has to know of the face whose parameters it predicts, before a fit; nothing by default."""
         del face
 
+    face: Face | None = None
+    """What the parameters move, where it is known: figures of a fit show it."""
+
+    def shown_on(self, face: Face) -> None:
+        """Let figures of a fit show a face; systems that this one is made of likewise."""
+        self.face = face
+        for value in vars(self).values():
+            for part in value.values() if isinstance(value, dict) else (value,):
+                if isinstance(part, VisualModel):
+                    part.shown_on(face)
+
     @abstractmethod
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Learn from the training examples; ``val`` chooses when to stop; ``folder`` keeps what a killed fit needs."""

@@ -106,7 +106,7 @@ class NetworkModel(VisualModel):
         torch.manual_seed(seed)
         self.networks_.append(network := self._new_network())
         self._run(network, self._batches(train, folder, seed), self._batches(val, folder), settings, folder,
-                  partial(trajectory_figure, val[0], self.predict))
+                  partial(trajectory_figure, val[0], self.predict, self.face))
 
     def _fit_together(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         settings = self.settings.fit
@@ -121,7 +121,7 @@ class NetworkModel(VisualModel):
 
         self._run(stack, self._batches(train, folder, settings.seed, self.members),
                   self._batches(val, folder, members=self.members), settings, folder,
-                  partial(trajectory_figure, val[0], preview))
+                  partial(trajectory_figure, val[0], preview, self.face))
         stack.unstack(self.networks_)
 
     def _run(self, network: nn.Module, train: FrameBatches, val: FrameBatches, settings: FitSettings, folder: Path,

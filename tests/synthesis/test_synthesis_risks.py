@@ -3,7 +3,7 @@
 import numpy as np
 
 from dnnvss.phones.contexts import spoken_triphones, triphones
-from dnnvss.synthesis.risks import Span, find_risks, sound_risks, summary, word_risks
+from dnnvss.synthesis.risks import Span, find_risks, sound_risks, summary, unfamiliar, word_risks
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 SAID = Alignment([
@@ -65,3 +65,18 @@ def test_sounds_beyond_what_is_usual_make_spans() -> None:
     phones, later = find_risks(SAID, CLOCK, {}, []), sound_risks(np.repeat([0.0, 2.0], [12, 3]), CLOCK)
     assert summary(phones, 60).startswith("35 of 60")
     assert summary([*phones, *later], 60).startswith("35 of 60")  # frames that carry two risks count once
+
+
+def test_where_most_triphones_are_unseen_only_phones_without_a_neighbour_are_marked() -> None:
+    labels = ["sil", "N", "OW", "T", "AE", "N", "D", "OW", "M", "sil"]
+    edges = np.arange(len(labels) + 1) / 10
+    words = [(0, 0.1, ""), (0.1, 0.9, "word"), (0.9, 1.0, "")]
+    said = Alignment([Tier("phones", zip(edges[:-1], edges[1:], labels, strict=True)), Tier("words", words)])
+    known = ["sil-N+OW", "AE-N+D", "OW-T+sil", "L-AE+N"]  # of eight phones, T and the second OW stand beside one known pair
+    assert unfamiliar(said, {}, known) == 0.75
+    spans = find_risks(said, CLOCK, {}, known)
+    marked = [(s.first, r["kind"], r["triphone"]) for s in spans for r in s.risks]
+    assert marked == [(70, "unseen neighbours", "D-OW+M"), (80, "unseen neighbours", "OW-M+sil")]
+    assert unfamiliar(said, {}, spoken_triphones([said])) is None and find_risks(said, CLOCK, {},
+                                                                                 spoken_triphones([said])) == []
+    assert unfamiliar(SAID, {}, []) is None  # four phones
