@@ -44,7 +44,8 @@ def find_points(name: str, out: Path, video: Path, sound: Path | None, rate: str
     if not tracks:
         raise DnnvssError("shows no face", file=video, utterance=name,
                           remedy="Give a recording of a face seen from the front, or its landmarks")
-    chosen, note = talker(tracks, frames, None if sound is None else loudness(sound, Fraction(rate), frames))
+    chosen, note = talker(tracks, frames, None if sound is None else loudness(sound, Fraction(rate), frames),
+                          float(Fraction(rate)))
     points, valid = as_arrays(tracks[chosen], frames)
     if valid.mean() < SEEN:
         raise DnnvssError(f"its face is seen in {valid.sum()} of {frames} frames", file=video, utterance=name,

@@ -74,9 +74,9 @@ def test_a_face_is_followed_and_found_again_after_it_was_lost():
 
 
 def test_of_two_faces_the_one_talks_whose_lips_move_with_the_sound():
-    loud = np.repeat([0.0, 1.0, 0.0, 1.0, 0.0], 20)
-    wiggle = np.where(np.arange(100) % 2, 6.0, 1.0)
-    faces = [{60: 1.0 + 0.1 * (k % 2), 200: wiggle[k] if loud[k] else 1.0} for k in range(100)]
+    talks = np.repeat([0.0, 1.0, 0.0, 1.0, 0.0], 20)
+    loud, chews = talks * (1 + np.sin(np.arange(100) / 1.1)), talks * (1 + np.sin(np.arange(100) / 1.6))
+    faces = [{60: 1.0 + 6 * chews[k], 200: 1.0 + 4 * loud[max(k - 1, 0)] ** 2} for k in range(100)]
     tracks, frames = follow(Seen(faces), np.arange(100))
     chosen, note = talker(tracks, frames, loud)
     assert tracks[chosen].points[0][0][0] == 200 and "2 faces are seen" in note
