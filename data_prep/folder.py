@@ -11,8 +11,8 @@ from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
-from dnnvss.face.landmarker import ROWS, SIZES, find_task, mesh_groups
-from dnnvss.formats import LAYOUT_68, Marks, read_landmarks, read_marks
+from dnnvss.face.landmarker import ROWS, find_task, mesh_groups
+from dnnvss.formats import LAYOUT_68, MESHES, Marks, read_landmarks, read_marks
 from dnnvss.media.folders import VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
 
@@ -147,7 +147,7 @@ def _marks(raw: Path, sources: list[Source], dim: int) -> tuple[Marks, tuple[int
     if marks.groups:
         return marks, None
     count = _count(first, dim) if first is not None else 0
-    if count in SIZES:
+    if count in MESHES:
         return marks._replace(groups=mesh_groups()), tuple(ROWS.tolist())
     if first is not None and count not in (0, 68):
         raise DnnvssError(f"utterance {first.id} has {count} landmarks a frame, and their groups are not known",

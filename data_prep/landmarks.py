@@ -44,6 +44,7 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     if count != frames:
         raise DnnvssError(f"holds landmarks of {count} frames, the video has {frames}", file=file, utterance=name,
                           remedy="Track this very video, one row a frame")
+    found, shares = in_pixels(found, size) if dimensions == 2 else (found, False)
     if rows is not None and max(rows) < found.points.shape[1]:
         found = replace(found, points=found.points[:, list(rows)])
     wrong = found.valid & ~np.isfinite(found.points).all(axis=(1, 2))
@@ -67,7 +68,22 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     if dimensions == 2 and tuple(place) != (1.0, 1.0, 0.0, 0.0):
         points = moved(points, place)
     write_npz(out / ".stages" / "landmarks" / f"{name}.npz", Landmarks(points, valid))
-    return {"points": points.shape[1], "lost": int((~valid).sum()), "rows": given, "faces": read.faces}
+    return {"points": points.shape[1], "lost": int((~valid).sum()), "rows": given, "faces": read.faces,
+            **({"shares": True} if shares else {})}
+
+
+_SHARE, _LEAST = 2.0, 32
+"""Largest coordinate, in widths and heights of a picture, that is taken for a share of it; least size of the picture:
+a face within two pixels is none."""
+
+
+def in_pixels(found: Landmarks, size: tuple[int, int]) -> tuple[Landmarks, bool]:
+    """Landmarks that are shares of the picture, as some trackers write them, in pixels; and whether they were."""
+    known = found.points[found.valid]
+    known = known[np.isfinite(known)]
+    if min(size) < _LEAST or not len(known) or np.abs(known).max() > _SHARE or np.ptp(known) == 0:
+        return found, False
+    return replace(found, points=found.points * np.asarray(size, np.float32)), True
 
 
 _CUT = 2

@@ -167,6 +167,8 @@ def _examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[st
     if run.recipe.rows is not None:
         tasks = {i: {**task, "rows": run.recipe.rows} for i, task in tasks.items()}
     counted = run.take(run.shop.run("landmarks", read_raw, tasks, MEDIA))
+    if shares := sum("shares" in c for c in counted.values()):
+        run.found.append(f"the landmarks of {shares} recordings are shares of the picture: taken times its size")
     usual = Counter(c["points"] for c in counted.values()).most_common(1)
     for name, c in counted.items():
         if c["rows"] != tasks[name]["frames"]:

@@ -5,6 +5,7 @@ from dnnvss.formats.grid import read_grid_align, write_grid_align
 from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
 from dnnvss.formats.landmarks import (
     LAYOUT_68,
+    MESHES,
     Marks,
     read_landmarks,
     read_marks,
@@ -21,6 +22,7 @@ from dnnvss.formats.words import read_words_csv, write_words_csv
 
 __all__ = [
     "LAYOUT_68",
+    "MESHES",
     "Landmarks",
     "Marks",
     "check_times",

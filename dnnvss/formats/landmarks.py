@@ -28,6 +28,9 @@ LAYOUT_68 = {
 }
 """Groups of the 68-point markup of iBUG 300-W, which OpenFace and dlib follow."""
 
+MESHES = (468, 478)
+"""Points of a face mesh without and with irises; trackers give them a depth too, which has no unit."""
+
 _PTS = "Write the file as: version: 1, n_points: N, {, N lines of X Y, }"
 _DIGITS = 16  # of a frame number, at which it is none
 _SEQUENCE = "Name the files ID_000001.pts and so on, one a frame"
@@ -198,7 +201,7 @@ def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2, frames: 
     Args:
         path: the file.
         scale: what the stored numbers are to be divided by to give pixels (millimetres).
-        dimensions: how many coordinates a point must have.
+        dimensions: how many coordinates a point must have; the depth of a face mesh is left out where it is 2.
         frames: of the video, where that is known: the file is then opened only if it holds no more than they need.
 
     Raises:
@@ -212,6 +215,8 @@ def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2, frames: 
     if points is None or points.ndim != 3 or not len(points):
         shapes = {name: value.shape for name, value in arrays.items()}
         raise DnnvssError(f"holds {shapes}, not points (frames, points, {dimensions})", file=path, remedy=_NPZ)
+    if dimensions == 2 and points.shape[1] in MESHES and points.shape[2] == 3:
+        points = points[..., :2]
     if points.shape[2] != dimensions:
         raise DnnvssError(f"its points have {points.shape[2]} coordinates, and {dimensions} are looked for: it is not "
                           f"points (frames, points, {dimensions})", file=path, remedy=_DIMENSIONS)

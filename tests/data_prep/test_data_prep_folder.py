@@ -81,6 +81,12 @@ def test_the_points_of_a_whole_mesh_are_known_by_their_number(raw: Path, tmp_pat
     read_raw(name, tmp_path / "out", (raw / f"{name}.npz",), 1.0, len(points), (80, 80), rows=rows)
     found = read_arrays(tmp_path / "out" / ".stages" / "landmarks" / f"{name}.npz")["points"]
     np.testing.assert_allclose(found, points[:, ROWS], atol=1e-5)
+    deep = np.concatenate([points / 80, np.full((len(points), 478, 1), -0.1)], axis=2)  # shares of the picture, depth
+    files.write_arrays(raw / f"{name}.npz", points=deep.astype(np.float32), valid=np.ones(len(points), bool))
+    told = read_raw(name, tmp_path / "out", (raw / f"{name}.npz",), 1.0, len(points), (80, 80), rows=rows)
+    found = read_arrays(tmp_path / "out" / ".stages" / "landmarks" / f"{name}.npz")["points"]
+    np.testing.assert_allclose(found, points[:, ROWS], atol=1e-4)
+    assert told["shares"]
 
 
 def test_ids_may_hold_spaces_and_given_splits_stay(raw: Path, tmp_path: Path) -> None:

@@ -4,9 +4,9 @@ The nets are in ``face_landmarker.task``, which the user names or a package brin
 """
 
 from dnnvss.face.landmarker.follow import SURE, Track, as_arrays, follow, talker
-from dnnvss.face.landmarker.layout import ROWS, SIZES, mesh_groups
+from dnnvss.face.landmarker.layout import ROWS, mesh_groups
 from dnnvss.face.landmarker.nets import Landmarker, Region
 from dnnvss.face.landmarker.task import find_task
 
-__all__ = ["ROWS", "SIZES", "SURE", "Landmarker", "Region", "Track", "as_arrays", "find_task", "follow",
+__all__ = ["ROWS", "SURE", "Landmarker", "Region", "Track", "as_arrays", "find_task", "follow",
            "mesh_groups", "talker"]

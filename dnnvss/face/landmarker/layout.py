@@ -28,9 +28,6 @@ _MESH: dict[str, tuple[int, ...]] = {
 ROWS = np.concatenate([np.array(points) for points in _MESH.values()])
 """The points (146,) that a corpus keeps of the mesh, in the order of their groups."""
 
-SIZES = (468, 478)
-"""Points of a mesh without and with irises: so many landmarks a frame are taken to be one."""
-
 
 def mesh_groups() -> dict[str, tuple[int, int]]:
     """Group to the half-open range of its rows, once :data:`ROWS` are taken of the mesh."""
