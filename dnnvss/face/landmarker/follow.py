@@ -94,7 +94,7 @@ def _search(landmarker: Landmarker, tracks: list[Track], frame: int, picture: np
 
 
 SYLLABLE = 0.6
-"""Seconds over whose mean the lips and the sound are compared: that somebody talks at all is the same for all who do."""
+"""Seconds over whose mean lips and sound are compared: that somebody talks at all is the same for all who do."""
 
 _LAGS = (-0.04, 0.08)  # seconds by which lips may be late
 
