@@ -36,6 +36,8 @@ def counted(iterable: Iterable[Any] | None = None, desc: str = "", *,
 class Lines(tqdm):  # type: ignore[type-arg]
     """A bar that writes lines: ``encoding clips: 40 of 400 clips, 12 s``."""
 
+    disable: bool
+
     def __init__(self, *given: Any, **more: Any) -> None:
         self.told, self.begun = 0, time.monotonic()
         self.at = self.begun

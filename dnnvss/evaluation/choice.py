@@ -171,8 +171,9 @@ def trial(task: Task, mapping: Mapping[str, Any], name: str, train: Sequence[Exa
     report = evaluate({name: said}, {e.id: e.measured[0][:, 0] for e in train},
                       speech={e.id: speech_frames(e.alignment, task.clock) for e in train},
                       valid={e.id: e.measured[1] for e in train})
-    worth = [report.summary(name, metric)[0] for metric in ("correlation", "rmse")]
-    return Trial(*(round(float(np.nan_to_num(v)), 6) for v in worth), round(time.monotonic() - start, 1))
+    correlation, rmse = (round(float(np.nan_to_num(report.summary(name, metric)[0])), 6)
+                         for metric in ("correlation", "rmse"))
+    return Trial(correlation, rmse, round(time.monotonic() - start, 1))
 
 
 def cross_predicted(make: Callable[[], VisualModel], task: Task, examples: Sequence[Example],

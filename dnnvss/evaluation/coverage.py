@@ -69,7 +69,7 @@ def next_prompts(coverage: Coverage, variant: str, count: int = 10) -> list[str]
         count: how many sentences at most.
     """
     pairs, phones = set(coverage.pairs), {p for p, n in coverage.phones.items() if n}
-    left, chosen = dict(prompt_pairs(variant)), []
+    left, chosen = dict(prompt_pairs(variant)), list[str]()
     while left and len(chosen) < count:
         worth = {text: _worth(own, pairs, phones) for text, own in left.items()}
         best = max(worth, key=lambda text: worth[text])

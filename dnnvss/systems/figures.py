@@ -32,7 +32,10 @@ def trajectory_figure(example: Example, predict: Callable[[Example], Prediction]
     predicted = predict(example).mean[:, 0]
     rows = min(_ROWS, predicted.shape[1])
     figure = Figure(figsize=(9 if face is None else 14, 1.6 * rows), layout="constrained")
-    curves, faces = (figure, None) if face is None else figure.subfigures(1, 2, width_ratios=(9, 5))
+    curves: Any = figure
+    if face is not None:
+        curves, place = np.ravel(figure.subfigures(1, 2, width_ratios=(9, 5)))
+        _draw_faces(place, face, targets[:, 0], predicted, moments_of(targets[:, 0, 0], valid))
     axes = curves.subplots(rows, 1, sharex=True, squeeze=False)
     for d, axis in enumerate(axes[:, 0]):
         axis.plot(targets[:, 0, d], "k", lw=1, label="measured")
@@ -40,8 +43,6 @@ def trajectory_figure(example: Example, predict: Callable[[Example], Prediction]
         axis.set_ylabel(f"coefficient {d + 1}", fontsize=7)
     axes[0, 0].legend(fontsize=7, ncols=2)
     axes[-1, 0].set_xlabel(f"frame of utterance {example.id}")
-    if face is not None:
-        _draw_faces(faces, face, targets[:, 0], predicted, moments_of(targets[:, 0, 0], valid))
     return figure
 
 

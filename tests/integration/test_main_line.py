@@ -86,6 +86,30 @@ def test_finished_run_is_reported_and_not_trained_again(home: Path, capsys: pyte
     assert again == pytest.approx(files.read_json(home / "runs" / "ph" / "metrics.json")["headline"])
 
 
+@pytest.mark.slow
+def test_auto_trains_what_it_chose_tests_it_on_all_sentences_and_finds_its_run(
+        home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = (f"corpus.out={home}/demo", f"runs={home}/auto", *QUICK[:-1])
+    headline = train(configure("train", *given))
+    told = capsys.readouterr().out
+    folder, = (home / "auto").iterdir()
+    choice, run = files.read_json(folder / "choice.json"), Run.open(folder)
+    assert run.settings.model_name == choice["system"] and f"model=auto takes {choice['system']}" in told
+    assert set(choice["trials"]) == {"phone_mean", "codebook", "hsmm", "kernel", "ensemble"}
+    corpus = Corpus.open(home / "demo")
+    everyone = {u.id for part in ("train", "val", "test") for u in corpus.split(part)}
+    table = files.read_json(folder / "metrics.json")
+    assert set(table["systems"]["model"]["sentences"]) == everyone and len(table["verdict"]) == 5
+    assert "Verdict\n1. Trained on 7 sentences" in told and (folder / "verdict.html").is_file()
+    assert not (folder / "parts").exists()
+    assert train(configure("train", *given)) == headline and "is finished" in capsys.readouterr().out
+    assert train(configure("train", *given, f"model={choice['system']}")) == headline  # the run of that name
+    bundle = Run.open(write_bundle(run, home / "auto_bundle"))
+    request = SpeakRequest("pack my box", engine="none")
+    ours, theirs = (speak_purely(each, request) for each in (bundle, run))
+    assert np.array_equal(ours.trajectory, theirs.trajectory)
+
+
 def test_a_model_that_has_learnt_durations_speaks_with_its_own(home: Path) -> None:
     train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/hsmm", "model=hsmm", *QUICK))
 
