@@ -50,7 +50,7 @@ class AutoSettings:
 
     candidates: Mapping[str, Mapping[str, Any]] = setting()
     large: str = "feedforward"
-    enough: float = setting(10.0, least=0)
+    enough: float = setting(4.0, least=0)
     networks: float = setting(2.0, least=0)
     steps: int = setting(2000, least=0)
     folds: int = setting(5, least=2)
