@@ -1,11 +1,11 @@
 """Any folder of recordings: a video or a sound, its words and its landmarks for each sentence."""
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source, own_lexicon
+from data_prep.shelf import Shelf
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss import files
@@ -13,14 +13,14 @@ from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.landmarker import ROWS, find_task, mesh_groups
 from dnnvss.formats import LAYOUT_68, MESHES, Marks, read_landmarks, read_marks
-from dnnvss.media.folders import VIDEOS, is_visible
+from dnnvss.formats.htk import holds_times, is_transcript
+from dnnvss.media.folders import VIDEOS
 from dnnvss.text.sentence import spoken_words
 
 SOUNDS = (".wav", ".flac", ".mp3")
 """Kinds of sound beside landmarks without video; where an id has several, the first."""
 
-TIMES = (".TextGrid", ".lab")
-"""Kinds of phone times; where an id has several, the first."""
+_WORDS = "Write the words of the recording there"
 
 _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .pts files, or ID_000001.pts, ..."
 
@@ -32,8 +32,8 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
-    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid`` or ``ID.lab``. Groups of landmarks come
-    from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of 68-point landmarks, or
+    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid`` or ``ID.lab`` (a ``.lab`` of words is a
+    transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of 68-point landmarks, or
     those of a face mesh of 468 or 478 points. Where no video has landmarks, they are found in the pictures
     (:mod:`dnnvss.face.landmarker`). ``splits/{train,val,test}.txt`` (an id a line) are used where they are; those that
     are not are drawn from the utterances that the others leave.
@@ -63,9 +63,10 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     raw = Path(raw)
     if dim not in UNITS:
         raise DnnvssError(f"corpus.importer.dim is {dim!r}", remedy="Give 2 for points in the picture, 3 in space")
-    videos = _recordings(raw)
-    task = None if any(_marked(raw, i) for i in videos) else find_task(landmarker)
-    sources = [_source(raw, i, video, variant, task is not None) for i, video in sorted(videos.items())]
+    shelf = Shelf(raw)
+    videos = _recordings(shelf)
+    task = None if any(shelf.landmarks(i) for i in videos) else find_task(landmarker)
+    sources = [_source(shelf, i, video, variant, task is not None) for i, video in sorted(videos.items())]
     marks, rows = _marks(raw, sources, dim)
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
     own = marks.rate if rate is None else str(rate)
@@ -74,42 +75,31 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 
-def _recordings(raw: Path) -> dict[str, Path | None]:
-    """Return id to video, None where there are landmarks without one.
+def _recordings(raw: Shelf) -> dict[str, Path | None]:
+    """Id to video, None where there are landmarks without one.
 
     Landmarks are a recording where words or a sound lie beside them, or where the folder has no video at all.
     """
-    if not raw.is_dir():
-        raise DnnvssError("no such folder", file=raw, remedy="Set corpus.raw to the folder of your recordings")
     found: dict[str, Path | None] = {}
-    there = sorted(filter(is_visible, raw.iterdir()))
-    for suffix in VIDEOS:
-        for path in (p for p in there if p.suffix.lower() == suffix):
-            found.setdefault(path.stem, path)
-    tracked = {p.stem for p in there if p.suffix.lower() in (".csv", ".npz")}
-    tracked |= {p.name for p in raw.iterdir() if p.is_dir() and any(p.glob("*.pts"))}
-    bare = {i for i in tracked - set(found) if not found or any(_beside(raw, i, s) for s in (".txt", *SOUNDS))}
+    for name, path in raw.of_kind(*VIDEOS):
+        found.setdefault(name, path)
+    tracked = {name for name, _ in raw.of_kind(".csv", ".npz")} | raw.pts_folders
+    bare = {i for i in tracked - set(found) if not found or raw.get(i, ".txt", *SOUNDS)}
     if not found and not bare:
-        raise DnnvssError("holds no video and no landmarks", file=raw,
+        raise DnnvssError("holds no video and no landmarks", file=raw.root,
                           remedy=f"Put videos there ({' '.join(VIDEOS)}), or landmarks (ID.csv, ID.npz) with sound")
     return found | dict.fromkeys(sorted(bare))
 
 
-def _beside(raw: Path, name: str, *suffixes: str) -> Path | None:
-    """Return the first of the files of an id that is there."""
-    return next((path for s in suffixes if (path := raw / f"{name}{s}").is_file()), None)
-
-
-def _source(raw: Path, name: str, video: Path | None, variant: str, find: bool) -> Source:
-    transcript = raw / f"{name}.txt"
+def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool) -> Source:
     try:
-        text = " ".join(files.read_text(transcript, "Write the words of the recording there").split())
+        transcript, times = _written(raw, name)
+        text = " ".join(files.read_text(transcript, _WORDS).split())
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
-            raise DnnvssError("the transcript holds no word", file=transcript, utterance=name,
-                              remedy="Write the words of the recording there")
+            raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
         marks = () if find else _landmarks(raw, name)
-        times, sound = _beside(raw, name, *TIMES), None if video else _beside(raw, name, *SOUNDS)
+        sound = None if video else raw.get(name, *SOUNDS)
         if video is None and sound is None and times is None:
             raise DnnvssError("has neither video nor sound, and no phone times", file=marks[0], utterance=name,
                               remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")
@@ -117,20 +107,42 @@ def _source(raw: Path, name: str, video: Path | None, variant: str, find: bool) 
         raise  # it says nothing about the recording
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
-    return Source(name, text, words, video, marks, alignment=times, sound=sound)
+    return Source(name, text, words, video, marks, alignment=times, sound=sound, notes=_told(transcript, video))
 
 
-def _marked(raw: Path, name: str) -> tuple[Path, ...]:
-    """The files with the landmarks of an id, none where there are none."""
-    for path in (raw / f"{name}.npz", raw / f"{name}.csv", raw / f"{name}.pts", raw / name):
-        if path.exists():
-            return (path,)
-    return tuple(sorted(p for p in raw.glob("*.pts") if re.fullmatch(rf"{re.escape(name)}_\d+", p.stem)))
+def _written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
+    """The transcript of an id, and its phone times where there are any.
+
+    A ``.lab`` of words, as the Montreal Forced Aligner wants it, is a transcript.
+
+    Raises:
+        DnnvssError: the transcript holds times.
+    """
+    times, lab = raw.get(name, ".textgrid"), raw.get(name, ".lab")
+    words = lab is not None and is_transcript(files.read_text(lab, _WORDS))
+    if times is None and not words:
+        times = lab
+    transcript = raw.get(name, ".txt") or (lab if lab is not None and words else raw.path(name, ".txt"))
+    if transcript.is_file() and holds_times(files.read_text(transcript, _WORDS)):
+        raise DnnvssError("holds times, and no text", file=transcript, utterance=name,
+                          remedy=f"Put the words alone there, and the times into {name}.TextGrid or {name}.lab")
+    return transcript, times
 
 
-def _landmarks(raw: Path, name: str) -> tuple[Path, ...]:
-    if not (found := _marked(raw, name)):
-        raise DnnvssError("no landmarks", file=raw / f"{name}.npz", utterance=name, remedy=_LANDMARKS)
+def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:
+    """What is to be said of how the files of a recording are written."""
+    notes = []
+    if files.text_encoding(transcript.read_bytes()) == "cp1252":
+        notes.append("its transcript is not UTF-8 and was read as cp1252")
+    path = video or transcript
+    if (shown := files.printable(path.name)) != path.name:
+        notes.append(f"the name {shown} is not UTF-8 and was read as cp1252")
+    return tuple(notes)
+
+
+def _landmarks(raw: Shelf, name: str) -> tuple[Path, ...]:
+    if not (found := raw.landmarks(name)):
+        raise DnnvssError("no landmarks", file=raw.path(name, ".npz"), utterance=name, remedy=_LANDMARKS)
     return found
 
 

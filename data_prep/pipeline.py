@@ -18,7 +18,7 @@ from data_prep.media import media
 from data_prep.points import FOUND, VERSION, find_points
 from data_prep.recipe import Preparation, Recipe, Results, Source
 from data_prep.report import Outcome, counts, write_report
-from data_prep.splits import completed, lacking
+from data_prep.splits import completed, lacking, resolved
 from data_prep.stages import FOLDER, Workshop
 from data_prep.sync import FEWEST, find_sync, in_step
 from data_prep.unfilmed import measured, sounded, told_rate
@@ -40,9 +40,14 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
     sources = list(sources)
     if not sources:
         raise DnnvssError("there is no recording to prepare", remedy="Set corpus.raw to the folder with the recordings")
+    notes: list[str] = []
     if recipe.splits:  # a mistake in them is said before hours of work
+        splits, notes = resolved(recipe.splits, [s.id for s in sources])
+        recipe = replace(recipe, splits=splits)
         completed(recipe.splits, [s.id for s in sources], recipe.val, recipe.test, recipe.stratum)
-    run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources})
+    run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources}, notes)
+    for note in notes:
+        print(note)
     try:
         for source in sources:
             if problem := source.problem or _unfit_id(source.id):

@@ -1,9 +1,11 @@
 """Which utterances train, choose and test: taken from files where they are given, else drawn by a fixed rule."""
 
 import hashlib
+import re
+import unicodedata
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from dnnvss.corpus import SPLITS, check_apart, split_files
 from dnnvss.errors import DnnvssError
@@ -18,6 +20,41 @@ def read_splits(folder: Path) -> dict[str, list[str]]:
     splits = split_files(folder)
     check_apart(splits, folder)
     return splits
+
+
+def resolved(splits: Mapping[str, Sequence[str]], ids: Collection[str]) -> tuple[dict[str, list[str]], list[str]]:
+    """Splits whose ids are all those of recordings, and what is to be said of the others.
+
+    A name with a suffix or a folder (``clips/a.mp4``), in another case or with accents stored in another way is that of
+    its recording.
+
+    Args:
+        splits: ids by name of the split, as given.
+        ids: of all recordings.
+
+    Raises:
+        DnnvssError: two splits share a recording under two of its names.
+    """
+    near = {_bare(name): name for name in ids}
+    near |= {name: name for name in ids}
+    found: dict[str, list[str]] = {}
+    notes: list[str] = []
+    for split, names in splits.items():
+        known = [near.get(name) or near.get(_bare(name)) for name in names]
+        found[split] = list(dict.fromkeys(k for k in known if k is not None))
+        unknown = [name for name, k in zip(names, known, strict=True) if k is None]
+        if unknown:
+            shown = ", ".join(unknown[:5]) + (f" and {len(unknown) - 5} more" if len(unknown) > 5 else "")
+            notes.append(f"splits/{split}.txt names what is no recording here: {shown}")
+    check_apart(found, Path("splits"))
+    return found, notes
+
+
+def _bare(name: str) -> str:
+    """A name without folder and suffix, in one case and form."""
+    last = PurePosixPath(name.replace("\\", "/")).name
+    stem = last.rsplit(".", 1)[0] if re.search(r"\.[A-Za-z0-9]{2,8}$", last) else last
+    return unicodedata.normalize("NFC", stem).casefold()
 
 
 def lacking(splits: Mapping[str, Sequence[str]], kept: Collection[str]) -> tuple[str, ...]:

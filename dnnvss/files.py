@@ -295,11 +295,14 @@ def text_encoding(data: bytes) -> str:
         return "utf-16"
     if b"\0" in data[:2]:
         return "utf-16-be" if data[0] == 0 else "utf-16-le"
+    high, low = data[::2].count(0), data[1::2].count(0)
+    if max(high, low) > len(data) // 8 and not min(high, low):  # the first letter is none of ASCII
+        return "utf-16-be" if high else "utf-16-le"
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:
-        high = len(data.translate(None, bytes(range(128))))
-        if not _NO_TEXT.search(data) and high <= max(1, 0.3 * len(data)):
+        above = len(data.translate(None, bytes(range(128))))
+        if not _NO_TEXT.search(data) and above <= max(1, 0.3 * len(data)):
             return "cp1252"
     return "utf-8-sig"
 

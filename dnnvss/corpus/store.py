@@ -44,8 +44,9 @@ def split_files(folder: Path) -> dict[str, list[str]]:
         lines = (line.strip() for line in files.read_text(files.inside(folder, path.name), remedy).splitlines())
         return list(dict.fromkeys(filter(None, lines)))
 
-    return {p.stem: ids(p)
-            for p in sorted(folder.glob("*.txt")) if not p.name.startswith(".")}
+    there = sorted(folder.iterdir()) if folder.is_dir() else []
+    return {p.stem.lower() if p.stem.lower() in SPLITS else p.stem: ids(p)
+            for p in there if p.suffix.lower() == ".txt" and not p.name.startswith(".")}
 
 
 def check_apart(splits: Mapping[str, Sequence[str]], folder: Path) -> None:

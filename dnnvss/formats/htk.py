@@ -134,9 +134,21 @@ def _state(label: str) -> tuple[str, int]:
 
 
 def is_transcript(text: str) -> bool:
-    """Whether a ``.lab`` holds words, as the Montreal Forced Aligner wants them, and no line with times."""
+    """Whether a ``.lab`` holds words, as the Montreal Forced Aligner wants them, and no line of times."""
+    timed = _timed(text)
+    return bool(timed) and not any(timed)
+
+
+def holds_times(text: str) -> bool:
+    """Whether every line of a text begins with two times; a single line may be a sentence that begins so."""
+    timed = _timed(text)
+    return len(timed) > 1 and all(timed)
+
+
+def _timed(text: str) -> list[bool]:
+    """Whether each line that is not blank begins with two numbers."""
     lines = [line.split() for line in text.splitlines() if line.strip()]
-    return bool(lines) and not any(len(f) > 1 and _TIME.fullmatch(f[0]) and _TIME.fullmatch(f[1]) for f in lines)
+    return [len(f) > 1 and bool(_TIME.fullmatch(f[0]) and _TIME.fullmatch(f[1])) for f in lines]
 
 
 def _seconds(text: str) -> float:

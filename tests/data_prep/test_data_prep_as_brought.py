@@ -1,6 +1,8 @@
 """A folder as users bring it: what is in it is understood or named, and nothing is silently wrong."""
 
+import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +11,10 @@ from films import talker_folder
 
 from data_prep.align import contrast
 from data_prep.folder import prepare_folder
+from data_prep.splits import resolved
 from dnnvss import files
 from dnnvss.corpus import Corpus
+from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.timing import Tier
 
@@ -63,3 +67,56 @@ def test_silence_that_is_louder_than_speech_is_told() -> None:
     assert contrast(right, loud) == pytest.approx(60, abs=3)
     assert contrast(Tier("phones", [(0, 0.5, "sil"), (0.5, 1, "AA")]), loud) == pytest.approx(-60, abs=3)
     assert contrast(Tier("phones", [(0, 1, "AA")]), loud) == 0
+
+
+def test_names_of_every_system_and_editor_are_one_recording(raw: Path, tmp_path: Path) -> None:
+    """Latin-1 bytes, accents taken apart, suffixes in capitals, and the clutter of two systems."""
+    for path in sorted(raw.glob("demo_001.*")):
+        path.rename(Path(os.fsdecode(os.fsencode(raw) + b"/caf\xe9_1" + path.suffix.encode())))
+    for path, stem in zip(sorted(raw.glob("demo_002.*")), ("mu\u0308ll", "m\u00fcll") * 9, strict=False):
+        path.rename(raw / f"{stem}{path.suffix}")
+    for path in sorted(raw.glob("demo_003.*")):
+        path.rename(raw / f"demo_003{path.suffix.upper()}")
+    for name in ("._demo_000.mp4", "Thumbs.db", "desktop.ini", ".DS_Store", "._demo_000.txt"):
+        (raw / name).write_bytes(b"\0\x05\x16\x07")
+    corpus, report = prepared(raw, tmp_path / "out")
+    assert set(corpus.utterances) == {"demo_000", "caf\u00e9_1", "m\u00fcll", "demo_003", "demo_004"}
+    assert "the name caf\\xe9_1.mp4 is not UTF-8" in report
+
+
+@pytest.mark.parametrize("encoded, noted", [
+    (lambda t: t.encode("utf-16"), False), (lambda t: t.encode("utf-8-sig"), False),
+    (lambda t: t.encode("utf-16-be"), False), (lambda t: t.encode("cp1252"), True),
+    (lambda t: t.replace("\n", "\r\n").encode(), False), (lambda t: t.replace("\n", "\r").encode(), False)])
+def test_transcripts_of_every_editor_are_read(raw: Path, tmp_path: Path, encoded: Callable[[str], bytes],
+                                              noted: bool) -> None:
+    text = "\u201c" + files.read_text(raw / "demo_001.txt", "").strip() + "\u201d\n"
+    (raw / "demo_001.txt").write_bytes(encoded(text))
+    corpus, report = prepared(raw, tmp_path / "out")
+    assert corpus.utterances["demo_001"].text == text.strip()
+    assert ("demo_001 | its transcript is not UTF-8" in report) == noted
+
+
+def test_a_transcript_named_lab_is_taken_and_one_of_times_is_named(raw: Path, tmp_path: Path) -> None:
+    (raw / "demo_001.txt").rename(raw / "demo_001.lab")
+    files.write_text(raw / "demo_002.txt", "0.1\t0.5\tthe\n0.5\t0.9\tcat\n")
+    corpus, report = prepared(raw, tmp_path / "out")
+    assert "demo_001" in corpus.utterances and "demo_002" not in corpus.utterances
+    assert "demo_002.txt: utterance demo_002: holds times, and no text" in report
+
+
+def test_splits_of_editors_name_recordings_and_what_is_none_is_told(raw: Path, tmp_path: Path) -> None:
+    (raw / "splits").mkdir()
+    (raw / "splits" / "Train.TXT").write_bytes("\ufeffdemo_000\r\nclips/demo_001.mp4\r\nnobody\r\n".encode())
+    (raw / "splits" / "val.txt").write_bytes("DEMO_002\n\n".encode("utf-16"))
+    (raw / "splits" / "._val.txt").write_bytes(b"\0\0")
+    corpus, report = prepared(raw, tmp_path / "out")
+    ids = {split: [u.id for u in corpus.split(split)] for split in ("train", "val", "test")}
+    assert ids["train"] == ["demo_000", "demo_001"] and ids["val"] == ["demo_002"]
+    assert set(ids["test"]) <= {"demo_003", "demo_004"} and ids["test"]
+    assert "splits/train.txt names what is no recording here: nobody" in report
+
+
+def test_a_recording_in_two_splits_under_two_names_is_refused() -> None:
+    with pytest.raises(DnnvssError, match="both name a"):
+        resolved({"train": ["a"], "test": ["a.mp4"]}, ["a", "b"])

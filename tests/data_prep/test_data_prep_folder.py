@@ -16,6 +16,7 @@ from films import talker_folder
 from data_prep.folder import _landmarks, _marks, prepare_folder
 from data_prep.landmarks import read_raw
 from data_prep.recipe import Source, own_lexicon
+from data_prep.shelf import Shelf
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
@@ -171,8 +172,8 @@ def test_an_id_that_cannot_stand_in_a_split_file_is_dropped(raw: Path, tmp_path:
 def test_pts_files_are_those_of_the_id_alone(tmp_path: Path) -> None:
     for stem in ("clip_000002", "clip_000001", "clip_2_000001", "clip_a", "clip_"):
         write_pts(tmp_path / f"{stem}.pts", np.zeros((68, 2)))
-    assert [p.stem for p in _landmarks(tmp_path, "clip")] == ["clip_000001", "clip_000002"]
-    assert [p.stem for p in _landmarks(tmp_path, "clip_2")] == ["clip_2_000001"]
+    assert [p.stem for p in _landmarks(Shelf(tmp_path), "clip")] == ["clip_000001", "clip_000002"]
+    assert [p.stem for p in _landmarks(Shelf(tmp_path), "clip_2")] == ["clip_2_000001"]
 
 
 def spoil_transcript(raw: Path) -> None:

@@ -193,6 +193,43 @@ def test_files_of_labelling_tools_are_read(tmp_path: Path, value: dict) -> None:
     assert read_pts(tmp_path / "a_0.pts") == pytest.approx(POINTS)
 
 
+def named_coco(points: np.ndarray, order: list[int], names: list[str], **image: int) -> dict:
+    value = coco(points[order])
+    value["categories"] = [{"id": 3, "name": "face", "keypoints": [names[i] for i in order]}]
+    value["annotations"][0]["category_id"] = 3
+    value["annotations"].append({"id": 9, "image_id": 7, "bbox": [1, 2, 3, 4]})
+    value["images"][0] |= image
+    return value
+
+
+NAMES = ["lips 0", "lips_1", "lips 2", "lips 3", "jaw 0", "jaw-1"]
+BOX = {"label": "face", "shape_type": "rectangle", "points": [[0, 0], [9, 9]]}
+TWICE = [(name, (2 * np.array(points)).tolist()) for name, points in SINGLE]
+
+
+@pytest.mark.parametrize("value", [
+    named_coco(MOVED, [4, 5, 0, 2, 1, 3], NAMES), named_coco(MOVED, [0, 1, 2, 3, 4, 5], list("123456")),
+    named_coco(2 * MOVED, [5, 0, 1, 2, 3, 4], NAMES, width=192, height=160),
+    {**labelme(SINGLE), "shapes": [BOX, *labelme(SINGLE)["shapes"]]}, {**labelme(SINGLE), "imagePath": "a_1.jpg"},
+    {**labelme(TWICE), "imageWidth": 192, "imageHeight": 160}])
+def test_points_go_by_their_names_and_the_size_of_the_picture(tmp_path: Path, value: dict) -> None:
+    sheet(tmp_path)
+    (tmp_path / "tool.json").write_text(json.dumps(value))
+    import_into(Sheet.open(tmp_path), tmp_path / "tool.json")
+    assert read_pts(tmp_path / "a_1.pts") == pytest.approx(MOVED, abs=1e-4)
+
+
+@pytest.mark.parametrize("value, message", [
+    (named_coco(MOVED, [0, 1, 2, 3, 4, 5], ["chin", *NAMES[1:]]), "point 'chin' is unknown"),
+    ({**labelme(SINGLE), "imageWidth": 100}, "labelled at 100 x 80 pixels, and has 96 x 80"),
+    ({**coco(MOVED), "annotations": [{"id": 1, "image_id": 7, "keypoints": [1.0] * 17}]}, "17 numbers are not x, y")])
+def test_points_without_a_place_are_refused(tmp_path: Path, value: dict, message: str) -> None:
+    sheet(tmp_path)
+    (tmp_path / "tool.json").write_text(json.dumps(value))
+    with pytest.raises(DnnvssError, match=message):
+        import_into(Sheet.open(tmp_path), tmp_path / "tool.json")
+
+
 @pytest.mark.parametrize("value, message", [
     (labelme(SINGLE[1:]), r"tool\.json: picture a_1\.png: jaw 1 is missing"),
     (labelme([*SINGLE, SINGLE[0]]), r"point 'jaw_1' is one too many"),

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from dnnvss import files
@@ -20,13 +21,16 @@ def read_tool(path: Path, sheet: Sheet) -> Found:
 
     - LabelMe: shapes of the type point. Labels are a point's name (``lips_inner 3``, ``lips_inner_3`` or its number
       in all), or a group's name for points that follow each other in the group's order; a polygon or line of a
-      group's name gives the group's points.
-    - COCO: ``keypoints`` of an annotation (x, y, visibility); one annotation a picture.
+      group's name gives the group's points. Boxes, circles and masks are passed over.
+    - COCO: ``keypoints`` of an annotation (x, y, visibility), by the names that their category gives them; in the
+      order of the scheme where it gives none, or numbers. One annotation a picture.
     - VIA (1 and 2): regions of the shape point, in their order, or a polyline or polygon named by its attribute.
 
+    Points on a picture of another size than the sheet's are scaled.
+
     Raises:
-        DnnvssError: another kind of file, a picture annotated twice, a name that the sheet does not have, or points
-            missing; names file and picture.
+        DnnvssError: another kind of file, a picture annotated twice or of another shape, a name that the sheet does not
+            have, or points missing; names file and picture.
     """
     if path.is_dir():
         found: Found = {}
@@ -48,10 +52,13 @@ def _parsed(value: Any, sheet: Sheet, path: Path) -> Found:
     if not isinstance(value, Mapping):
         raise DnnvssError("is no JSON of a labelling tool", file=path, remedy=_REMEDY)
     if "shapes" in value and "imagePath" in value:
-        shapes = [(str(s.get("label", "")), s.get("points", [])) for s in value["shapes"]]
-        return {_base(value["imagePath"]): _named(shapes, sheet, path, _base(value["imagePath"]))}
+        shapes = [(str(s.get("label", "")), s.get("points", [])) for s in value["shapes"]
+                  if (s.get("shape_type") or "point") in _POINTED]
+        name = _base(value["imagePath"])
+        size = value.get("imageWidth"), value.get("imageHeight")
+        return {name: _named(shapes, sheet, path, name) * _scale(sheet, path, name, size)}
     if "images" in value and "annotations" in value:
-        return _coco(value, path)
+        return _coco(value, sheet, path)
     projects = value.get("_via_img_metadata", value)
     if isinstance(projects, Mapping) and all(isinstance(v, Mapping) and "regions" in v for v in projects.values()):
         rows = [(_base(v["filename"]), v["regions"]) for v in projects.values() if v["regions"]]
@@ -67,7 +74,7 @@ def import_into(sheet: Sheet, path: Path) -> tuple[Sheet, list[str]]:
     Raises:
         DnnvssError: the file names a picture that the sheet does not have, or wrong points.
     """
-    found = read_tool(path, sheet)
+    found = {_own(sheet, name): points for name, points in read_tool(path, sheet).items()}
     if not found:
         raise DnnvssError("holds no points", file=path, remedy=_REMEDY)
     known = {label.image for label in sheet.labels}
@@ -85,6 +92,39 @@ def import_into(sheet: Sheet, path: Path) -> tuple[Sheet, list[str]]:
     return sheet, sorted(found)
 
 
+_POINTED = ("point", "points", "polygon", "line", "linestrip")
+"""Shapes of LabelMe that are points."""
+_SHAPE = 0.02
+"""Share by which width to height of a picture that was labelled may differ from the sheet's."""
+
+
+def _scale(sheet: Sheet, path: Path, name: str, size: tuple[Any, Any]) -> np.ndarray:
+    """What points (x, y) on a picture of a size are to be multiplied by to lie on the sheet's.
+
+    Raises:
+        DnnvssError: the two pictures are not of one shape.
+    """
+    if not all(type(side) in (int, float) and side > 0 for side in size):
+        return np.ones(2)
+    label = next((label for label in sheet.labels if label.image == _own(sheet, name)), None)
+    picture = None if label is None else cv2.imread(str(sheet.folder / label.image))
+    if picture is None:
+        return np.ones(2)
+    height, width = picture.shape[:2]
+    scale = np.array([width / size[0], height / size[1]])
+    if abs(scale[0] / scale[1] - 1) > _SHAPE:
+        raise DnnvssError(f"picture {name} was labelled at {size[0]} x {size[1]} pixels, and has {width} x {height}",
+                          file=path, remedy="Label the pictures that `choose` exported, as they are")
+    return scale
+
+
+def _own(sheet: Sheet, name: str) -> str:
+    """The sheet's name of a picture, which a tool may have stored in another format."""
+    own = [label.image for label in sheet.labels]
+    same = [image for image in own if Path(image).stem == Path(name).stem]
+    return name if name in own or len(same) != 1 else same[0]
+
+
 def _refuse_twice(names: list[str], path: Path) -> None:
     if names:
         raise DnnvssError(f"picture {names[0]} is labelled twice", file=path, remedy="Keep one of its labels")
@@ -94,8 +134,10 @@ def _base(name: Any) -> str:
     return str(name).replace("\\", "/").rsplit("/", 1)[-1]
 
 
-def _coco(value: Mapping[str, Any], path: Path) -> Found:
+def _coco(value: Mapping[str, Any], sheet: Sheet, path: Path) -> Found:
     names = {image["id"]: _base(image["file_name"]) for image in value["images"]}
+    sizes = {image["id"]: (image.get("width"), image.get("height")) for image in value["images"]}
+    kinds = {kind.get("id"): kind.get("keypoints") for kind in value.get("categories") or []}
     found: Found = {}
     for row in value["annotations"]:
         if not row.get("keypoints"):
@@ -107,12 +149,27 @@ def _coco(value: Mapping[str, Any], path: Path) -> Found:
                               remedy="Give one annotation with keypoints a picture")
         if not all(type(v) in (int, float) for v in row["keypoints"]):
             raise ValueError(f"keypoints of picture {name} are not numbers")
+        if len(row["keypoints"]) % 3:
+            raise DnnvssError(f"picture {name}: {len(row['keypoints'])} numbers are not x, y and visibility of each "
+                              "keypoint", file=path, remedy=_REMEDY)
         triples = np.array(row["keypoints"], dtype=float).reshape(-1, 3)
         if (triples[:, 2] == 0).any():
             raise DnnvssError(f"picture {name}: keypoint {int((triples[:, 2] == 0).argmax())} is not labelled",
                               file=path, remedy="Label every point of the scheme")
-        found[name] = triples[:, :2]
+        points = _ordered(triples[:, :2], kinds.get(row.get("category_id")), sheet, path, name)
+        found[name] = points * _scale(sheet, path, name, sizes[row["image_id"]])
     return found
+
+
+def _ordered(points: np.ndarray, named: Any, sheet: Sheet, path: Path, picture: str) -> np.ndarray:
+    """Points (P, 2) in the order of the scheme, by the names that a category gives them."""
+    if not named or all(_is_number(str(name)) for name in named):
+        return points
+    if len(named) != len(points):
+        raise DnnvssError(f"picture {picture}: {len(points)} keypoints, and their category names {len(named)}",
+                          file=path, remedy=_REMEDY)
+    return _named([(str(name), [point]) for name, point in zip(named, points.tolist(), strict=True)], sheet, path,
+                  picture)
 
 
 def _via(regions: Any) -> list[tuple[str, list[list[float]]]]:

@@ -1,0 +1,76 @@
+"""The files of a folder by the recording that they belong to, whatever system and editor named them."""
+
+import os
+import re
+import unicodedata
+from collections.abc import Iterator
+from pathlib import Path
+
+from dnnvss.errors import DnnvssError
+from dnnvss.media.folders import is_visible
+
+_FRAME = re.compile(r"(.+)_\d+")
+
+
+class Shelf:
+    """A folder of recordings, read once.
+
+    Names that differ in how accents are stored (composed, or as macOS keeps them) are of one recording, and the case of
+    a suffix does not matter. Bytes of a name that are not UTF-8 are read as Windows's cp1252.
+
+    Args:
+        root: the folder.
+
+    Raises:
+        DnnvssError: there is no such folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        if not root.is_dir():
+            raise DnnvssError("no such folder", file=root, remedy="Set corpus.raw to the folder of your recordings")
+        self.root = root
+        self._files: dict[str, dict[str, Path]] = {}
+        self._folders: dict[str, Path] = {}
+        self._frames: dict[str, list[Path]] = {}
+        for path in sorted(root.iterdir()):
+            if is_visible(path):
+                suffix = path.suffix.lower()
+                self._files.setdefault(id_of(path.stem), {}).setdefault(suffix, path)
+                if suffix == ".pts" and (match := _FRAME.fullmatch(id_of(path.stem))):
+                    self._frames.setdefault(match[1], []).append(path)
+            elif path.is_dir() and any(p.suffix.lower() == ".pts" for p in path.iterdir()):
+                self._folders[id_of(path.name)] = path
+
+    def of_kind(self, *suffixes: str) -> Iterator[tuple[str, Path]]:
+        """Each recording with a file of one of these suffixes, which come first to last, and that file."""
+        for suffix in suffixes:
+            yield from ((name, kinds[suffix]) for name, kinds in self._files.items() if suffix in kinds)
+
+    def get(self, name: str, *suffixes: str) -> Path | None:
+        """The first of the files of a recording that is there."""
+        kinds = self._files.get(name, {})
+        return next((kinds[suffix] for suffix in suffixes if suffix in kinds), None)
+
+    def path(self, name: str, suffix: str) -> Path:
+        """The file of a recording, or where it should be."""
+        return self.get(name, suffix) or self.root / f"{name}{suffix}"
+
+    @property
+    def pts_folders(self) -> set[str]:
+        """Recordings with a folder of ``.pts`` files."""
+        return set(self._folders)
+
+    def landmarks(self, name: str) -> tuple[Path, ...]:
+        """The files with the landmarks of a recording, none where there are none."""
+        if (single := self.get(name, ".npz", ".csv", ".pts") or self._folders.get(name)) is not None:
+            return (single,)
+        return tuple(self._frames.get(name, ()))
+
+
+def id_of(stem: str) -> str:
+    """The id of a recording by the name of a file without its suffix."""
+    try:
+        stem.encode("utf-8")
+    except UnicodeEncodeError:
+        stem = os.fsencode(stem).decode("cp1252", "replace").replace("\ufffd", "_")
+    return unicodedata.normalize("NFC", stem)
