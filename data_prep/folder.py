@@ -32,11 +32,11 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
-    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid`` or ``ID.lab`` (a ``.lab`` of words is a
-    transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale": 1}``), or are those of 68-point landmarks, or
-    those of a face mesh of 468 or 478 points. Where no video has landmarks, they are found in the pictures
-    (:mod:`dnnvss.face.landmarker`). ``splits/{train,val,test}.txt`` (an id a line) are used where they are; those that
-    are not are drawn from the utterances that the others leave.
+    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid`` or ``ID.lab`` (a ``.lab`` of words is
+    a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale":
+    1}``), or are those of 68-point landmarks, or those of a face mesh of 468 or 478 points. Where no video has
+    landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). ``splits/{train,val,test}.txt`` (an id
+    a line) are used where they are; those that are not are drawn from the utterances that the others leave.
 
     A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its
     sound is ``ID.wav`` (flac, mp3); without sound its phone times must be given. Its frame rate is ``rate``, that of
