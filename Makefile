@@ -1,7 +1,7 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
 # make test: environment, linter, type checker, order of imports, tests.  make slow: the long tests.
 # make extras: what finds landmarks in plain video, and what labels=voice needs (75 MB of weights).
-# make fuzz: some thousand damaged files, each to end in an answer or in an error of ours.
+# make fuzz: some thousand damaged files, each to end in an answer or in an error of ours, and 10,000 in any legal dress.
 # make kills: every command killed at every move of a file, and run again.
 # make audit: the pinned versions against known advisories.
 # make docs: the site with the API from the docstrings, in site/; a warning is an error.
