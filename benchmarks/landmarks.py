@@ -1,6 +1,6 @@
 """Landmarks that the nets for everybody find, and that the talker's own search finds from them, beside given ones.
 
-    python benchmarks/landmarks.py RAW [--clips 40] [--refine 60] [--own 200]
+    python benchmarks/landmarks.py RAW [--clips 40] [--refine 60] [--own 200] [--learn-from 60]
 
 RAW is a folder as that of GRID (``video/*.mp4``, ``landmarks/*.npz`` with ``landmarks.json`` in the mesh's 146 points,
 ``splits/train.txt`` and ``val.txt``). Clips of the validation split are measured: distance of lip points as found, and
@@ -13,6 +13,7 @@ which tracks the same clips; with ``--own`` it learns once more from so many of 
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -21,14 +22,13 @@ import numpy as np
 from dnnvss.face.aam.search.bootstrap import Labelled, gather, retrain
 from dnnvss.face.aam.search.choose import choose_frames
 from dnnvss.face.aam.search.fit import fit_search
+from dnnvss.face.aam.search.model import SearchModel
 from dnnvss.face.aam.tracking import track_video
 from dnnvss.face.landmarker import Landmarker, as_arrays, find_task, follow
 from dnnvss.formats import read_marks, read_npz
-from dnnvss.formats.tables import aligned
 from dnnvss.media import video_frames
 
-LEARN_FROM = 60
-"""Training clips in which frames are chosen."""
+COLUMNS = ("points by", "lips px", "offset taken out", "aperture", "jitter px", "valid", "pictures/s")
 
 Track = Callable[[Path], tuple[np.ndarray, np.ndarray]]
 
@@ -68,23 +68,28 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=40)
     parser.add_argument("--refine", type=int, default=0)
     parser.add_argument("--own", type=int, default=0)
+    parser.add_argument("--learn-from", type=int, default=60, help="training clips in which frames are chosen")
     options = parser.parse_args()
     cv2.setNumThreads(1)
     landmarker = Landmarker(find_task())
     clips = (options.raw / "splits" / "val.txt").read_text().split()[: options.clips]
-    rows = {"nets": measured(options.raw, clips, lambda video: found(landmarker, video))}
+    print("  ".join(COLUMNS))
+
+    def row(name: str, track: Track) -> None:
+        print(name, *measured(options.raw, clips, track), sep="  ", flush=True)
+
+    row("nets", lambda video: found(landmarker, video))
     if options.refine:
         train = (options.raw / "splits" / "train.txt").read_text().split()
-        videos = [options.raw / "video" / f"{name}.mp4" for name in train[:: max(1, len(train) // LEARN_FROM)]]
+        several = train[:: max(1, len(train) // options.learn_from)]
+        videos = [options.raw / "video" / f"{name}.mp4" for name in several]
         labelled = chosen(landmarker, videos, options.refine)
         model = fit_search(labelled.images, labelled.points)
-        rows["search"] = measured(options.raw, clips, lambda video: searched(model, video))
+        row("search", lambda video: searched(model, video))
         if options.own:
-            tracks = [(lambda video=video: video_frames(video), track_video(model, video)) for video in videos]
+            tracks = [(partial(video_frames, video), track_video(model, video)) for video in videos]
             again = retrain(model, labelled, gather(model, tracks, options.own))
-            rows["search again"] = measured(options.raw, clips, lambda video: searched(again, video))
-    columns = ["points by", "lips px", "offset taken out", "aperture", "jitter px", "valid", "pictures/s"]
-    print(aligned(columns, [[name, *row] for name, row in rows.items()]))
+            row("search again", lambda video: searched(again, video))
 
 
 def chosen(landmarker: Landmarker, videos: list[Path], count: int) -> Labelled:
@@ -101,7 +106,7 @@ def chosen(landmarker: Landmarker, videos: list[Path], count: int) -> Labelled:
     return Labelled(images, np.stack(points))
 
 
-def searched(model, video: Path) -> tuple[np.ndarray, np.ndarray]:
+def searched(model: SearchModel, video: Path) -> tuple[np.ndarray, np.ndarray]:
     """Points and valid of a clip by the search model."""
     track = track_video(model, video)
     return np.asarray(track.points), np.asarray(track.valid)
