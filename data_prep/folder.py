@@ -22,6 +22,9 @@ SOUNDS = (".wav", ".flac", ".mp3")
 
 _WORDS = "Write the words of the recording there"
 
+SEEN = 0.5
+"""Share of the frames of speech that must show the face; what is between the others is not learnt from."""
+
 _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .pts files, or ID_000001.pts, ..."
 
 
@@ -71,7 +74,8 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
     own = marks.rate if rate is None else str(rate)
     recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
-                    lexicon=own_lexicon(lexicon), sync=sync, rows=rows, task=task)
+                    lexicon=own_lexicon(lexicon), sync=sync, rows=rows, task=task,
+                    speech_valid=SEEN)
     return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 

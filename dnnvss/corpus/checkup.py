@@ -24,6 +24,14 @@ OFTEN = 0.1
 """Share of repeated pictures beyond which a video was recorded at a lower rate than it is stored at."""
 
 
+ALIKE = 0.9
+"""Share of the best part's likeness to the corpus from which another part of a clip shows the same scene. On GRID
+damaged parts have 0.67 of it at most, and the clip least like the corpus 0.74 of the one most like it."""
+
+SEAM = 2
+"""Frames on either side of a cut that tell nothing of how a face moves."""
+
+
 @dataclass(frozen=True)
 class CheckupLimits:
     """What counts as an outlier.
@@ -60,8 +68,9 @@ def thumbnails(frames: np.ndarray) -> np.ndarray:
 def broken_pictures(clips: Mapping[str, np.ndarray], limits: CheckupLimits = LIMITS) -> dict[str, np.ndarray]:
     """Return for each clip which frames (F,) are broken pictures.
 
-    A clip of a talking head has no cuts. Where the picture jumps, the clip is taken apart, and the part that looks most
-    like the median picture of the corpus is kept; every other part is broken.
+    Where the picture jumps, the clip is taken apart. The part that looks most like the median picture of the corpus is
+    kept, and so is every longer one that looks like it: an editor has cut there. The frames next to a cut, and every
+    other part, are broken.
 
     Args:
         clips: thumbnails (F, 12, 16, 3) of each clip.
@@ -76,9 +85,13 @@ def broken_pictures(clips: Mapping[str, np.ndarray], limits: CheckupLimits = LIM
         parts = np.split(np.arange(len(clip)), cuts)
         likeness = [float((np.median(_standard(clip[part]), axis=0) * face).mean()) for part in parts if len(part)]
         parts = [part for part in parts if len(part)]
-        best = parts[int(np.argmax(likeness))]
         mask = np.ones(len(clip), bool)
-        mask[best] = False
+        for part, like in zip(parts, likeness, strict=True):
+            if like == max(likeness) or (like >= ALIKE * max(likeness) and len(part) > 2 * SEAM):
+                mask[part] = False
+        for cut in cuts[cuts > 0]:
+            if not mask[cut - 1 : cut + 1].any():
+                mask[max(cut - SEAM, 0) : cut + SEAM] = True
         broken[name] = mask
     return broken
 

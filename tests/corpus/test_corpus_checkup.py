@@ -52,6 +52,14 @@ def test_a_broken_start_is_found_and_whole_clips_are_left_alone(rng):
     assert not any(mask.any() for name, mask in broken.items() if name != "c3")
 
 
+def test_at_an_editors_cut_both_sides_are_kept(rng):
+    clips = {f"c{k}": checkup.thumbnails(picture(rng)) for k in range(8)}
+    clips["c3"] = clips["c3"].copy()
+    clips["c3"][18:] = np.roll(clips["c3"][18:], 1, axis=2)  # the head has moved between two takes
+    broken = checkup.broken_pictures(clips)
+    assert np.flatnonzero(broken["c3"]).tolist() == [16, 17, 18, 19]
+
+
 def test_a_clip_that_is_broken_but_for_its_end_keeps_the_end(rng):
     clips = {f"c{k}": checkup.thumbnails(picture(rng)) for k in range(8)}
     clips["c0"] = clips["c0"].copy()

@@ -1,0 +1,54 @@
+"""No environment decides how a command ends."""
+
+import io
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dnnvss import files
+from dnnvss.commands.entry import main
+from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.evaluation.optional import attempted
+from dnnvss.render.plots import plot_trajectories
+from dnnvss.timing import Tier
+
+
+def test_a_notebooks_backend_and_a_narrow_console_end_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    console = io.TextIOWrapper(io.BytesIO(), encoding="cp1252")
+    monkeypatch.setattr(sys, "stdout", console)
+    assert main(["--version"]) == 0 and os.environ["MPLBACKEND"] == "agg"
+    print("wrote 日本.mp4", file=console, flush=True)
+    assert b"wrote \\u65e5\\u672c.mp4" in console.buffer.getvalue()  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("title", ["A $100 fee plus 5% of $2000.", "a_b^c $\\frac{x$ {}", "100% #1 \\ $", "$",
+                                   "日本 $x$"])
+@pytest.mark.filterwarnings("ignore:Glyph")
+def test_signs_of_formulas_in_a_title_are_signs(tmp_path: Path, title: str) -> None:
+    phones = Tier("phones", [(0, 0.2, "sil"), (0.2, 0.4, "AA")])
+    path = plot_trajectories(tmp_path / "a.png", {"a_$b$": np.zeros(10)}, 25, phones, title, "c_$1")
+    assert path.stat().st_size > 1000
+
+
+def test_what_a_run_can_do_without_costs_it_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    def draw() -> None:
+        raise ValueError("no\nfont")
+
+    def full() -> None:
+        raise ShortageError("no memory", remedy="Close something")
+
+    assert not attempted("a figure", draw) and "without a figure: ValueError: no font" in capsys.readouterr().out
+    assert attempted("a figure", lambda: None)
+    with pytest.raises(DnnvssError, match="no memory"):
+        attempted("a figure", full)
+
+
+def test_names_that_are_not_utf8_can_be_told_and_kept(tmp_path: Path) -> None:
+    name = os.fsdecode(b"caf\xe9.mp4")
+    assert files.printable(f"wrote {name} to 日本") == "wrote caf\\xe9.mp4 to 日本"
+    assert files.read_json(files.write_json(tmp_path / "a.json", {"video": name})) == {"video": name}
+    assert files.write_text(tmp_path / "a.txt", name).read_text("utf-8") == "caf\\xe9.mp4"
