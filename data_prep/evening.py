@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from data_prep.media import laid
+from data_prep.media import heard_in, laid
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.media import SOUND_RATE, timed_audio, video_frames, write_video
@@ -52,7 +52,7 @@ def moved(points: np.ndarray, place: Place) -> np.ndarray:
 
 
 def evened(name: str, out: Path, video: Path, size: tuple[int, int], pixel: str, plain: bool, target: tuple[int, int],
-           rate: str, starts: float) -> dict[str, Any]:
+           rate: str, starts: float, sound: Path | None = None) -> dict[str, Any]:
     """Path, frames and place of a recording in ``out/video``, at the corpus's size and rate.
 
     Which frame of the recording is shown when is kept in ``out/.stages/video/<id>.npz``.
@@ -64,6 +64,7 @@ def evened(name: str, out: Path, video: Path, size: tuple[int, int], pixel: str,
         size, pixel, plain, starts: what :func:`data_prep.media.media` found.
         target: width and height of the corpus's pictures.
         rate: frames a second of the corpus.
+        sound: a file beside a video that has no sound.
     """
     times = read_arrays(out / ".stages" / "media" / f"{name}.npz", "Delete .stages and prepare again")["times"]
     index, taken = even_frames(times, Fraction(rate))
@@ -76,9 +77,9 @@ def evened(name: str, out: Path, video: Path, size: tuple[int, int], pixel: str,
             shutil.copyfile(video, temporary)
     else:
         path = out / "video" / f"{name}.mp4"
-        sound = laid(timed_audio(video, SOUND_RATE)[0], -starts, round(len(index) / Fraction(rate) * SOUND_RATE),
-                     SOUND_RATE)
-        write_video(path, _shown(video_frames(video), index, place, (wide, high)), rate, sound, SOUND_RATE, QUALITY)
+        samples = laid(timed_audio(heard_in(video, sound), SOUND_RATE)[0], -starts,
+                       round(len(index) / Fraction(rate) * SOUND_RATE), SOUND_RATE)
+        write_video(path, _shown(video_frames(video), index, place, (wide, high)), rate, samples, SOUND_RATE, QUALITY)
     files.write_arrays(out / ".stages" / "video" / f"{name}.npz", index=index, taken=taken)
     return {"video": str(path.relative_to(out)), "frames": len(index), "rate": rate, "size": list(target),
             "place": list(place), "untouched": untouched, "gaps": int((~taken).sum())}

@@ -18,7 +18,7 @@ from dnnvss.media.folders import VIDEOS
 from dnnvss.text.sentence import spoken_words
 
 SOUNDS = (".wav", ".flac", ".mp3")
-"""Kinds of sound beside landmarks without video; where an id has several, the first."""
+"""Kinds of sound beside a recording that has none; where an id has several, the first."""
 
 _WORDS = "Write the words of the recording there"
 
@@ -38,8 +38,9 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid`` or ``ID.lab`` (a ``.lab`` of words is
     a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale":
     1}``), or are those of 68-point landmarks, or those of a face mesh of 468 or 478 points. Where no video has
-    landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). ``splits/{train,val,test}.txt`` (an id
-    a line) are used where they are; those that are not are drawn from the utterances that the others leave.
+    landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). A video without sound takes ``ID.wav``
+    (flac, mp3) beside it, which begins with the first picture. ``splits/{train,val,test}.txt`` (an id a line) are
+    used where they are; those that are not are drawn from the utterances that the others leave.
 
     A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its
     sound is ``ID.wav`` (flac, mp3); without sound its phone times must be given. Its frame rate is ``rate``, that of
@@ -103,7 +104,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool)
         if not words:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
         marks = () if find else _landmarks(raw, name)
-        sound = None if video else raw.get(name, *SOUNDS)
+        sound = raw.get(name, *SOUNDS)
         if video is None and sound is None and times is None:
             raise DnnvssError("has neither video nor sound, and no phone times", file=marks[0], utterance=name,
                               remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")

@@ -15,7 +15,7 @@ SILENT = 1e-3
 """Largest sample of a recording that is taken to have no sound in it."""
 
 
-def media(name: str, video: Path, out: Path, delay: float) -> dict[str, Any]:
+def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = None) -> dict[str, Any]:
     """What is known of a recording, after writing its sound to ``out/.stages/sound``.
 
     The sound is written as 16 kHz mono, exactly as long as the pictures, its first sample at the start of the first
@@ -26,6 +26,7 @@ def media(name: str, video: Path, out: Path, delay: float) -> dict[str, Any]:
         video: the recording.
         out: the prepared corpus.
         delay: seconds by which the sound of the file is late, beyond what the file itself says.
+        sound: a file that begins with the first picture, taken where the video has no sound of its own.
 
     Returns:
         ``frames`` of the file and their ``rate``; ``size`` of the upright picture and shape of its ``pixel``; whether
@@ -35,20 +36,27 @@ def media(name: str, video: Path, out: Path, delay: float) -> dict[str, Any]:
         DnnvssError: the video cannot be read, has no sound or only silence.
     """
     info = video_info(video)
-    if not info.has_audio:
-        raise DnnvssError("has no sound", file=video, utterance=name, remedy="Give a recording with an audio stream")
+    if not info.has_audio and sound is None:
+        raise DnnvssError("has no sound", file=video, utterance=name,
+                          remedy=f"Give a recording with an audio stream, or put {name}.wav beside it")
     times, small = _pictures(video)
     rate = rate_of(seconds := rising(times, info.told[0] if info.told else info.rate), info.told)
-    samples, first = timed_audio(video, SPEECH_RATE)
-    starts = first - (times[0] or 0.0)
+    heard = heard_in(video, sound)
+    samples, first = timed_audio(heard, SPEECH_RATE)
+    starts = first - (times[0] or 0.0) if heard == video else 0.0
     duration = float(seconds[-1]) + float(1 / rate)
-    sound = laid(samples, delay - starts, round(duration * SPEECH_RATE))
-    if np.abs(sound).max(initial=0.0) < SILENT:
-        raise DnnvssError("its sound is silence", file=video, utterance=name, remedy="Give a recording with speech")
-    copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", sound, SPEECH_RATE)
+    moved = laid(samples, delay - starts, round(duration * SPEECH_RATE))
+    if np.abs(moved).max(initial=0.0) < SILENT:
+        raise DnnvssError("its sound is silence", file=heard, utterance=name, remedy="Give a recording with speech")
+    copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", moved, SPEECH_RATE)
     files.write_arrays(out / ".stages" / "media" / f"{name}.npz", thumbnails=small, times=seconds)
     return {"frames": len(small), "rate": str(rate), "size": list(info.size), "pixel": str(info.pixel),
             "plain": info.plain, "starts": round(starts, 5), "sound": str(copied.relative_to(out))}
+
+
+def heard_in(video: Path, sound: Path | None) -> Path:
+    """The file whose sound a recording has: its video, or the one beside it where the video has none."""
+    return video if sound is None or video_info(video).has_audio else sound
 
 
 def _pictures(video: Path) -> tuple[list[float | None], np.ndarray]:

@@ -81,7 +81,8 @@ MEDIA = 3
 
 
 def _media(run: Preparation) -> Results:
-    tasks = {s.id: {"video": s.video, "delay": s.delay} for s in run.alive() if s.video is not None}
+    tasks = {s.id: {"video": s.video, "delay": s.delay, **({"sound": s.sound} if s.sound else {})}
+             for s in run.alive() if s.video is not None}
     made = run.take(run.shop.run("media", media, tasks, MEDIA)) if tasks else {}
     return made | _unfilmed(run, made)
 
@@ -148,7 +149,8 @@ def _usual(run: Preparation, made: Results) -> tuple[tuple[int, int], Fraction]:
 def _evened(run: Preparation, made: Results, size: tuple[int, int], rate: Fraction) -> Results:
     """What is known of the recordings after their videos were brought to one size and rate."""
     tasks = {s.id: {"video": s.video, **{k: m[k] for k in ("size", "pixel", "plain", "starts")}, "target": list(size),
-                    "rate": str(rate)} for s in run.alive() if "pixel" in (m := made[s.id])}
+                    "rate": str(rate), **({"sound": s.sound} if s.sound else {})}
+             for s in run.alive() if "pixel" in (m := made[s.id])}
     seen = run.take(run.shop.run("video", evened, tasks, MEDIA)) if tasks else {}
     for name, result in seen.items():
         run.outcomes[name].notes += told(made[name], result)

@@ -30,7 +30,7 @@ class Source:
         delay: seconds by which the file's sound is late beyond what the file says.
         problem: why the utterance cannot be used, where the importer knows already.
         notes: what is to be said of it in the report.
-        sound: a sound file beside landmarks without video.
+        sound: a sound file beside landmarks without video, or beside a video without sound.
     """
 
     id: str

@@ -23,7 +23,7 @@ from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face.landmarker import ROWS, find_task, mesh_groups
 from dnnvss.formats import read_npz, write_openface, write_pts
-from dnnvss.media import read_audio, read_video, write_video
+from dnnvss.media import read_audio, read_video, write_video, write_wav
 
 
 @pytest.fixture(scope="module")
@@ -237,6 +237,18 @@ def test_a_bad_recording_is_dropped_with_its_reason(raw: Path, tmp_path: Path, s
     with pytest.raises(DnnvssError, match="demo_001"):
         prepare_folder(raw, tmp_path / "strict", jobs=1, strict=True)
     assert not (tmp_path / "strict" / "corpus.json").exists()
+
+
+def test_a_video_without_sound_takes_the_one_beside_it(raw: Path, tmp_path: Path) -> None:
+    whole = Corpus.open(prepare_folder(raw, tmp_path / "whole", jobs=1))
+    name = "demo_001"
+    sound = read_audio(raw / f"{name}.mp4")
+    silence_video(raw)
+    write_wav(raw / f"{name}.wav", sound, 16000)
+    corpus = Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1))
+    assert name in corpus.utterances
+    ours, theirs = (c.sound(c.utterances[name]).samples for c in (corpus, whole))
+    assert len(ours) == len(theirs) and np.corrcoef(ours, theirs)[0, 1] > 0.99
 
 
 def test_a_folder_without_videos_and_unknown_landmarks_are_refused(raw: Path, tmp_path: Path) -> None:
