@@ -1,35 +1,45 @@
-"""Kills commands at every move of a file, before and after it, runs them again, and compares with a run left alone.
+"""Kills commands at moves of files and at any time, runs them again, and compares with a run left alone.
 
-    python tests/kills.py FOLDER               every move of every command (make kills)
-    python tests/kills.py FOLDER --few 3       three moves of each, spread over it
+    python tests/kills.py FOLDER               every move of every command, before and after it, and times (make kills)
+    python tests/kills.py FOLDER --few 3       three moves of each, spread over it, and no times
+    python tests/kills.py FOLDER --few 1 --times 9
     python tests/kills.py FOLDER --only export --only speak
 
-Each command runs in a fork of this process, which has loaded what they need, so that a trial takes about a second. A
-trial ends well where the second run ends with status 0, leaves no temporary file, and every file is as it is without a
-kill.
+Each command runs in a fork of this process, which has loaded what they need, so that a trial takes seconds. A trial
+ends well where the killed command leaves no process, the second run ends with status 0 and leaves no temporary file,
+and every file is as it is without a kill.
 """
 
 import argparse
 import hashlib
 import json
 import os
+import random
 import shutil
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from dnnvss import staging
 
-FAST = ("model=feedforward", "folds=0", "trainer.epochs=1",
-        "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
-        "model.network.hidden=[8]", "aam.modes=8", "jobs=1", "sample=false")
+QUICK = ("folds=0", "trainer.epochs=1", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
+         "aam.modes=8", "jobs=1")
+FAST = (*QUICK, "model=feedforward", "model.network.hidden=[8]", "sample=false")
 ROOT = Path(__file__).parents[1]
 MOVES: list[Path] = []
 """What the command of this fork has moved."""
 VOLATILE = ("tensorboard", "checkpoints")
-"""Folders whose files hold the time at which they were written."""
+"""Folders whose files hold the time at which they were written, and may be more after a second run."""
+TOKEN = "DNNVSS_KILLS"
+"""A variable of the environment by which the processes that a command started are found."""
+LONGEST = 20.0
+"""Seconds after which a process whose parent was killed should have ended."""
 
 
 @dataclass(frozen=True)
@@ -39,39 +49,59 @@ class Command:
     Args:
         words: its arguments, from the home folder.
         needs: what lies in the home folder before it, from the folder of what was made beforehand.
+        whole: whether the face of the corpus is needed, which training makes.
     """
 
     words: Callable[[Path], tuple[object, ...]]
     needs: tuple[str, ...] = ()
+    whole: bool = False
 
 
 COMMANDS = {
     "prepare": Command(lambda home: ("prepare", "corpus=demo", f"corpus.out={home}/data", "corpus.sentences=3",
                                      "corpus.size=64", "jobs=1")),
+    "recordings": Command(lambda home: ("prepare", "corpus=folder", f"corpus.raw={home}/raw", f"corpus.out={home}/own",
+                                        "jobs=2"), ("raw",)),
     "train": Command(lambda home: ("train", "corpus=demo", f"corpus.out={home}/data", f"runs={home}/runs",
                                    f"run={home}/runs/a", *FAST), ("data",)),
+    "samples": Command(lambda home: ("train", "corpus=demo", f"corpus.out={home}/data", f"runs={home}/runs",
+                                     "model=phone_mean", "labels=ph_d", *QUICK),
+                       ("data",), whole=True),
+    "sweep": Command(lambda home: ("train", "-m", "corpus=demo", f"corpus.out={home}/data", f"runs={home}/runs",
+                                   f"hydra.sweep.dir={home}", "labels=ph_d", "model=phone_mean,training_mean",
+                                   *QUICK, "sample=false"), ("data",), whole=True),
     "speak": Command(lambda home: ("speak", f"run={home}/runs/a", "text=hello", f"out={home}/o/hello.mp4",
-                                   "speech=formant"), ("runs",)),
+                                   f"export_curves={home}/o/c.csv", f"export_keys={home}/o/k.csv",
+                                   f"export_alignment={home}/o/t.TextGrid", "speech=formant"), ("runs",)),
     "export": Command(lambda home: ("export", home / "runs/a", "--out", home / "bundle", "--network", "npz"),
                       ("runs",)),
     "compare": Command(lambda home: ("compare", home / "runs/a", "--out", home / "table"), ("data", "runs")),
     "label": Command(lambda home: ("label", "choose", home / "data/video", "--count", 3, "--out", home / "labels"),
                      ("data",)),
+    "import": Command(lambda home: ("label", "import", home / "labels", "--from", home / "coco.json"),
+                      ("labels", "coco.json")),
+    "track": Command(lambda home: ("track", home / "labels", home / "raw", "--out", home / "tracked", "--jobs", 2,
+                                   "--own", 6), ("labels", "raw")),
+    "figure": Command(lambda home: ("figure", home / "runs/a", "--coefficient", 1, "--out", home / "f.png"),
+                      ("data", "runs")),
+    "face-figures": Command(lambda home: ("face-figures", home / "runs/a", "--modes", 2, "--out", home / "face"),
+                            ("data", "runs")),
+    "units": Command(lambda home: ("units", home / "runs/v", "--out", home / "units"), ("runs",)),
 }
+ALONE = ("train", "corpus=demo", "labels=ph_dv", "visemes.units=6", *FAST)
+"""What makes the run ``v``, whose labels have dynamic visemes."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A command that was killed at a move and run again: what is wrong then, nothing where all is well."""
+    """A command that was killed and run again: what is wrong then, nothing where all is well."""
 
     command: str
-    move: int
-    after: bool
+    when: str
     problem: str
 
     def __str__(self) -> str:
-        when = "after" if self.after else "before"
-        return f"{self.command} killed {when} move {self.move}: {self.problem or 'the same files'}"
+        return f"{self.command} killed {self.when}: {self.problem or 'the same files'}"
 
 
 def _nothing() -> None:
@@ -79,7 +109,8 @@ def _nothing() -> None:
 
 
 def run(words: tuple[object, ...], log: Path, kill: int = 0, after: bool = False,
-        prepare: Callable[[], None] = _nothing, finish: Callable[[], None] = _nothing) -> int:
+        prepare: Callable[[], None] = _nothing, finish: Callable[[], None] = _nothing,
+        seconds: float | None = None) -> int:
     """Run a command in a fork; return its status, negative where a signal ended it.
 
     Args:
@@ -88,11 +119,15 @@ def run(words: tuple[object, ...], log: Path, kill: int = 0, after: bool = False
         kill: the move at which it is killed; 0 for none.
         after: whether it is killed when the file was moved, or before that.
         prepare, finish: called in the fork before and after the command.
+        seconds: after which it is killed, if it has not ended.
     """
     sys.stdout.flush()
     child = os.fork()
     if not child:
         os._exit(_child([str(word) for word in words], log, kill, after, prepare, finish))
+    if seconds is not None:
+        time.sleep(seconds)
+        os.kill(child, signal.SIGKILL)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
@@ -132,10 +167,19 @@ def _child(words: list[str], log: Path, kill: int, after: bool, prepare: Callabl
 
 
 def state(home: Path) -> dict[str, str]:
-    """Digest of every file below a folder by its name; of a stage's result without the times of files in its key."""
-    return {str(path.relative_to(home)): hashlib.sha256(_content(path)).hexdigest()
-            for path in sorted(home.rglob("*"))
-            if path.is_file() and not set(path.relative_to(home).parts) & set(VOLATILE)}
+    """Digest of every file below a folder by its name; of a stage's result without the times of files in its key.
+
+    Of the files that hold times only temporary ones are there, and folders that should not stay.
+    """
+    found = {}
+    for path in sorted(home.rglob("*")):
+        name = path.relative_to(home)
+        volatile = bool(set(name.parts) & set(VOLATILE))
+        if path.is_file() and (not volatile or staging.is_ours(path.name)):
+            found[str(name)] = hashlib.sha256(_content(path)).hexdigest()
+        elif path.is_dir() and path.name.startswith(".") and path.name != ".stages":
+            found[str(name)] = "folder"
+    return found
 
 
 def _content(path: Path) -> bytes:
@@ -150,12 +194,57 @@ def made(folder: Path) -> Path:
     base = folder / "made"
     if not base.is_dir():
         fresh(home, None, ())
-        words = [COMMANDS["prepare"].words(home), COMMANDS["train"].words(home)]
+        words = [COMMANDS["prepare"].words(home), COMMANDS["train"].words(home),
+                 (*ALONE, f"corpus.out={home}/data", f"runs={home}/runs", f"run={home}/runs/v")]
         words[0] = tuple("corpus.sentences=8" if "sentences" in str(w) else w for w in words[0])
         for each in words:
             assert run(each, folder / "log") == 0, (folder / "log").read_text()
+        _recorded(home)
+        _labelled(home)
         shutil.copytree(home, base)
     return base
+
+
+def _recorded(home: Path) -> None:
+    """Recordings as a user has them, in ``raw``: silent videos with sound, words, landmarks and phone times beside."""
+    from dnnvss.corpus import Corpus
+    from dnnvss.formats import write_alignment
+
+    corpus, raw = Corpus.open(home / "data"), home / "raw"
+    raw.mkdir()
+    for u in list(corpus.utterances.values())[:4]:
+        for kind, suffix in (("video", "mp4"), ("audio", "wav"), ("landmarks", "npz")):
+            shutil.copyfile(corpus.path(u, kind), raw / f"{u.id}.{suffix}")
+        (raw / f"{u.id}.txt").write_text(u.text)
+        write_alignment(raw / f"{u.id}.TextGrid", u.alignment)
+    (raw / "landmarks.json").write_text(json.dumps({"groups": corpus.info.landmark_groups}))
+
+
+def _labelled(home: Path) -> None:
+    """Finished labels of the recordings in ``labels``, and the same as another tool writes them in ``coco.json``."""
+    from dnnvss.corpus import Corpus
+    from dnnvss.face.aam.labelling.sheet import Label, Sheet
+    from dnnvss.formats.landmarks import write_pts
+    from dnnvss.media import read_video
+    from dnnvss.media.pictures import write_picture
+
+    corpus, labels = Corpus.open(home / "data"), home / "labels"
+    labels.mkdir()
+    rows, images, annotations = [], [], []
+    for u in list(corpus.utterances.values())[:2]:
+        frames, points = read_video(corpus.path(u, "video")), corpus.landmarks(u)[0]
+        for frame in range(0, len(frames), len(frames) // 6):
+            stem = f"{u.id}_{frame}"
+            write_picture(labels / f"{stem}.png", frames[frame])
+            write_pts(labels / f"{stem}.pts", points[frame])
+            rows.append(Label(f"{u.id}.mp4", frame, f"{stem}.png", f"{stem}.pts"))
+            number = len(rows)
+            images.append({"id": number, "file_name": f"{stem}.png"})
+            moved = np.c_[points[frame] + 0.25, np.full(len(points[frame]), 2)]
+            annotations.append({"id": number, "image_id": number, "keypoints": moved.ravel().tolist()})
+    Sheet(labels, dict(corpus.info.landmark_groups), tuple(rows), frozenset(r.image for r in rows), "talker",
+          str(home / "raw")).save()
+    (home / "coco.json").write_text(json.dumps({"images": images, "annotations": annotations}))
 
 
 def fresh(home: Path, base: Path | None, needs: tuple[str, ...], whole: bool = False) -> None:
@@ -164,26 +253,60 @@ def fresh(home: Path, base: Path | None, needs: tuple[str, ...], whole: bool = F
     home.mkdir(parents=True)
     for name in needs:
         assert base is not None
+        if (base / name).is_file():
+            shutil.copyfile(base / name, home / name)
+            continue
         ignored = shutil.ignore_patterns("face") if name == "data" and not whole else None  # which training makes
         shutil.copytree(base / name, home / name, ignore=ignored)
 
 
-def trials(folder: Path, name: str, few: int = 0) -> Iterator[Trial]:
-    """Kill a command at its moves, all of them or a few; yield what came of each."""
+def trials(folder: Path, name: str, few: int = 0, times: int = 0) -> Iterator[Trial]:
+    """Kill a command at its moves, all of them or a few, and at some times; yield what came of each."""
     base, command, home, log = made(folder), COMMANDS[name], folder / "home", folder / "log"
     words = command.words(home)
-    fresh(home, base, command.needs)
+    fresh(home, base, command.needs, command.whole)
     log.write_text("")
+    start = time.monotonic()
     if run(words, log, finish=lambda: (folder / "count").write_text(str(len(MOVES))) and None):
         raise AssertionError(f"{name} alone: {log.read_text()}")
-    whole, moves = state(home), int((folder / "count").read_text())
-    for move in _spread(moves, few):
-        for after in (False, True):
-            fresh(home, base, command.needs)
-            log.write_text("")
-            killed = run(words, log, move, after)
-            again = run(words, log)
-            yield Trial(name, move, after, _problem(killed, again, whole, state(home), log))
+    lasts = time.monotonic() - start
+    whole, moves, rng = state(home), int((folder / "count").read_text()), random.Random(name)
+    kills: list[tuple[str, dict[str, Any]]] = [
+        (f"{'after' if after else 'before'} move {move}", {"kill": move, "after": after})
+        for move in _spread(moves, few) for after in (False, True)]
+    seconds = sorted(rng.uniform(0.02, 0.9) * lasts for _ in range(times))
+    kills += [(f"after {each:.2f} s of {lasts:.2f}", {"seconds": each}) for each in seconds]
+    for when, how in kills:
+        fresh(home, base, command.needs, command.whole)
+        log.write_text("")
+        killed = run(words, log, **how)
+        if killed == 0 and "seconds" in how:
+            continue  # it was faster than before
+        left = orphans()
+        again = run(words, log)
+        problem = f"{left} processes stayed; " if left else ""
+        yield Trial(name, when, problem + _problem(killed, again, whole, state(home), log))
+
+
+def orphans() -> int:
+    """How many of the processes that killed commands started are still there after :data:`LONGEST`."""
+    until = time.monotonic() + LONGEST
+    while (left := _started()) and time.monotonic() < until:
+        time.sleep(0.1)
+    return len(left)
+
+
+def _started() -> list[int]:
+    """The processes that were started with the variable, and are none of the forks of this one."""
+    mark = f"{TOKEN}={os.environ[TOKEN]}".encode()
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            if mark in (path / "environ").read_bytes().split(b"\0") and int(path.name) != os.getpid():
+                found.append(int(path.name))
+        except OSError:
+            continue
+    return found
 
 
 def _spread(moves: int, few: int) -> list[int]:
@@ -207,13 +330,16 @@ def _problem(killed: int, again: int, whole: dict[str, str], now: dict[str, str]
 def load() -> None:
     """Load what the commands need, once for all forks."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ[TOKEN] = str(os.getpid())  # what is forked has it not, what is started has
     import av  # noqa: F401
     import lightning  # noqa: F401
     import torch
 
-    import data_prep.demo  # noqa: F401
+    import data_prep.demo
+    import data_prep.folder  # noqa: F401
     import dnnvss.commands.train
     import dnnvss.evaluation.finished
+    import dnnvss.face.aam.tracking
     import dnnvss.render.plots
     import dnnvss.runs.bundling  # noqa: F401
 
@@ -224,15 +350,17 @@ def main() -> int:
     """Run the trials that the command line asks for; status 1 where one ended badly."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--few", type=int, default=0)
+    parser.add_argument("--few", type=int, default=0, help="moves of each command; 0 for all")
+    parser.add_argument("--times", type=int, help="kills of each command at any time; 9 unless --few is given")
     parser.add_argument("--only", action="append", choices=COMMANDS)
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     folder = options.folder.resolve()
     load()
     count = bad = 0
+    times = options.times if options.times is not None else 0 if options.few else 9
     for name in options.only or COMMANDS:
-        for trial in trials(folder, name, options.few):
+        for trial in trials(folder, name, options.few, times):
             count, bad = count + 1, bad + bool(trial.problem)
             if trial.problem:
                 print(trial, flush=True)
