@@ -15,7 +15,7 @@ from dnnvss.evaluation.choice import settled
 from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
-from dnnvss.processes import end_with_parent
+from dnnvss.processes import end_with_parent, name_parent
 from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import begin, encode, gather, keep, new_model
@@ -50,6 +50,8 @@ def train(config: DictConfig) -> float:
     folder, helper = run_folder(settings, corpus.fingerprint), process_number() > 0
     if helper:
         end_with_parent()
+    else:
+        name_parent()
     places = RunFiles(folder)
     if begin(folder, settings, corpus, first=not helper):
         return _told(places)

@@ -147,6 +147,29 @@ with parallel(2):
     assert not any(map(_lives, workers))
 
 
+def test_a_worker_whose_parent_ended_before_it_looked_ends_too() -> None:
+    """The parent is told by its number: one that asks who its parent is may ask too late."""
+    code = """
+import os, subprocess, sys
+quiet = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+print(subprocess.Popen([sys.executable, "-c", sys.argv[1], str(os.getpid())], **quiet).pid)
+"""
+    worker = """
+import os, sys, time
+parent = int(sys.argv[1])
+while os.getppid() == parent:
+    time.sleep(0.05)
+from dnnvss.processes import end_with_parent
+end_with_parent(parent)
+time.sleep(600)
+"""
+    started = int(program("-c", code, worker, check=True).stdout)
+    deadline = time.monotonic() + 30
+    while _lives(started) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not _lives(started)
+
+
 def _lives(process: int) -> bool:
     try:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
