@@ -4,14 +4,19 @@ A new importer is a module with ``prepare_NAME(raw, out, ...)``, a settings data
 ``conf/corpus``.
 """
 
+import traceback
 from collections.abc import Callable, Mapping
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from inspect import Signature, signature
+from pathlib import Path
+from typing import Any, NoReturn
 
 from dnnvss.corpus import UNITS
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import read_settings, setting, shown
+from dnnvss.shortages import shortage_of
 from dnnvss.text.variants import VARIANTS
 
 
@@ -62,6 +67,7 @@ IMPORTERS: dict[str, tuple[str, type]] = {
 """The function of each importer and the type of its settings."""
 DEMO = "data_prep.demo.prepare_demo"
 """What makes the corpus of the built-in talker."""
+_OURS = (DEMO, *(function for function, _ in IMPORTERS.values()))
 
 
 @dataclass(frozen=True)
@@ -110,12 +116,63 @@ class Importer:
         """The function.
 
         Raises:
-            DnnvssError: there is no such module or function.
+            DnnvssError: there is no such module or function, or the module cannot be run.
         """
         module, name = self.function.rsplit(".", 1)
         try:
             found: Callable[..., Any] = getattr(import_module(module), name)
-        except (ImportError, AttributeError) as error:
-            raise DnnvssError(f"corpus.importer.kind={self.function} cannot be imported ({error})",
+        except Exception as error:  # a module of the user's may fail in any way
+            raise DnnvssError(f"{self._named} cannot be imported ({_said(error)})",
                               remedy="Give MODULE.FUNCTION of a module that Python finds") from error
+        if not callable(found):
+            raise DnnvssError(f"{self._named} is no function", remedy="Give MODULE.FUNCTION")
         return found
+
+    def call(self, out: Path, common: Mapping[str, Any]) -> None:
+        """Let the function make the corpus.
+
+        Args:
+            out: the folder of the prepared corpus.
+            common: arguments that it is given where it takes them.
+
+        Raises:
+            DnnvssError: what the function raises; of one of the user's own, that it takes other arguments, or what else
+                goes wrong in it and where.
+        """
+        function = self.load()
+        if self.function in _OURS:
+            function(**self._arguments(signature(function), out, common))
+            return
+        try:
+            known = signature(function)
+            known.bind(**(given := self._arguments(known, out, common)))
+        except (TypeError, ValueError) as error:
+            raise DnnvssError(f"{self._named} does not take what it is given ({error})",
+                              remedy="Let it take `out` and the settings of corpus.importer by name; raw, jobs, "
+                              "backend and strict are given where it takes them") from error
+        try:
+            function(**given)
+        except Exception as error:
+            self._tell(error)
+
+    def _arguments(self, known: Signature, out: Path, common: Mapping[str, Any]) -> dict[str, Any]:
+        taken = {name: value for name, value in common.items() if name in known.parameters}
+        return {"out": out, **taken, **self.settings}
+
+    def _tell(self, error: Exception) -> NoReturn:
+        """Raise what went wrong in a user's own importer, in words."""
+        if isinstance(error, DnnvssError | BrokenExecutor):
+            raise error
+        if (short := shortage_of(error)) is not None:
+            raise short from error
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise DnnvssError(f"{self._named} failed in {last.filename}, line {last.lineno} ({_said(error)})",
+                          remedy="Mend it; what was finished is kept") from error
+
+    @property
+    def _named(self) -> str:
+        return f"corpus.importer.kind={self.function}"
+
+
+def _said(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())[:300]

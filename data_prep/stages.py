@@ -44,7 +44,8 @@ class Workshop:
         """Return the result of ``work(name, out, **task)`` of every utterance, from earlier runs where nothing changed.
 
         Each result is written to ``out/.stages/<stage>/<id>.json`` as soon as it is there. It is made anew when the
-        settings, the task or a file that the task names have changed. A :class:`DnnvssError` about the utterance
+        settings, the task or a file that the task names have changed, or where what was kept is damaged. A
+        :class:`DnnvssError` about the utterance
         becomes the result ``{"dropped": message}``; one about a file in ``out`` (a full disk) ends the run, and so does
         a shortage of the system's, about which nothing is kept.
         """
@@ -92,14 +93,25 @@ def _described(value: Any) -> Any:
 
 
 def _finished(path: Path, key: str) -> dict[str, Any] | None:
+    """What a stage kept under a key, None where there is nothing or it is not as it was written."""
     if not path.is_file():
         return None
     try:
         kept = json.loads(path.read_text("utf-8"))
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
-    whole = isinstance(kept, dict) and isinstance(kept.get("result"), dict)
-    return kept["result"] if whole and kept.get("key") == key else None
+    if not isinstance(kept, dict) or kept.get("key") != key or not isinstance(kept.get("result"), dict):
+        return None
+    result: dict[str, Any] = kept["result"]
+    return result if kept.get("digest") == _digest(result, path) else None
+
+
+def _digest(result: dict[str, Any], path: Path) -> str:
+    """A digest of what a stage keeps of an utterance: its result, and the arrays beside it where there are some."""
+    whole = hashlib.sha256(json.dumps(result, sort_keys=True).encode())
+    if (arrays := path.with_name(f"{path.stem}.npz")).is_file():
+        whole.update(arrays.read_bytes())
+    return whole.hexdigest()[:20]
 
 
 def _one(
@@ -115,5 +127,7 @@ def _one(
         if (short := shortage_of(error)) is not None:
             raise short from error
         result = {"dropped": str(error)}
-    files.write_text(shop._file(stage, name), json.dumps({"key": key, "result": result}))
-    return name, result
+    path = shop._file(stage, name)
+    plain: dict[str, Any] = json.loads(json.dumps(result))  # as a later call will read it
+    files.write_text(path, json.dumps({"key": key, "digest": _digest(plain, path), "result": plain}))
+    return name, plain

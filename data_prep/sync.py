@@ -24,6 +24,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.pose import fit_pose, mean_shape, to_reference
 from dnnvss.media import SPEECH_RATE, read_audio, write_wav
 from dnnvss.progress import counted
+from dnnvss.records import read_record
+from dnnvss.settings import setting
 from dnnvss.speech.align_features import HOP, cepstra
 
 REACH = 0.16
@@ -54,10 +56,19 @@ class Sync:
         spread, error: standard deviation in seconds of the true shifts over the clips, and of the estimates' error.
     """
 
-    late: dict[str, float]
-    unknown: list[str]
-    spread: float
-    error: float
+    late: Mapping[str, float] = setting(least=-2 * REACH, most=2 * REACH)
+    unknown: tuple[str, ...] = setting()
+    spread: float = setting()
+    error: float = setting()
+
+
+def kept_sync(path: Path) -> Sync:
+    """What :func:`find_sync` kept in a file.
+
+    Raises:
+        DnnvssError: it is absent or damaged.
+    """
+    return read_record(Sync, path, "Prepare the corpus again")
 
 
 @dataclass(frozen=True)
@@ -103,8 +114,9 @@ def find_sync(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tupl
     shapes = [(n, hashlib.sha256(p.tobytes()).hexdigest(), v.tolist()) for n, (p, v) in sorted(seen.items())]
     key = fingerprint(_VERSION, [(n, shop.out / s) for n, s in sorted(sounds.items())], shapes, groups, rate)
     path = shop.out / FOLDER / "sync" / f"{key}.json"
-    with suppress(DnnvssError, TypeError):  # absent or damaged: it is measured anew
-        return Sync(**files.read_json(path))
+    with suppress(DnnvssError):  # absent or damaged: it is measured anew
+        if set((kept := kept_sync(path)).late) == set(seen):
+            return kept
     clips = read_clips(shop, sounds, seen, groups, rate)
     halves = lags(clips, crossfitted(clips))
     found = shrunk(list(clips), *halves)
@@ -127,7 +139,7 @@ def shrunk(names: Sequence[str], whole: np.ndarray, first: np.ndarray, second: n
     share = spread**2 / max(total**2, 1e-12)
     late = np.where(told, share * (whole - middle), 0.0)
     return Sync({n: round(float(v), 4) for n, v in zip(names, late, strict=True)},
-                [n for n, ok in zip(names, told, strict=True) if not ok], round(spread, 5), round(error, 5))
+                tuple(n for n, ok in zip(names, told, strict=True) if not ok), round(spread, 5), round(error, 5))
 
 
 def _deviation(x: np.ndarray) -> float:

@@ -121,7 +121,7 @@ def read_declared(path: str | Path, declared: Mapping[str, Held], remedy: str, *
     return arrays
 
 
-def check_arrays(arrays: Mapping[str, np.ndarray], declared: Mapping[str, Held], path: str | Path, remedy: str,
+def check_arrays(arrays: Mapping[str, np.ndarray], declared: Mapping[str, Held], path: str | Path | None, remedy: str,
                  sizes: Mapping[str, int] | None = None) -> None:
     """Refuse arrays that are not as declared; see :func:`read_declared`."""
     letters = dict(sizes or {})

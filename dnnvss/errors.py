@@ -2,7 +2,7 @@
 
 from os import PathLike
 
-_LONGEST = 1000  # letters of a problem; a damaged file may quote itself without end
+_LONGEST = 1000  # letters of a problem or remedy; a damaged file may quote itself without end
 
 
 class DnnvssError(Exception):
@@ -25,7 +25,8 @@ class DnnvssError(Exception):
         utterance: str | None = None,
         remedy: str | None = None,
     ) -> None:
-        problem = problem if len(problem) <= _LONGEST else f"{problem[:_LONGEST]}..."
+        problem = _short(problem)
+        remedy = None if remedy is None else _short(remedy)
         self.problem, self.file, self.utterance, self.remedy = problem, file, utterance, remedy
         where = [str(file)] if file is not None else []
         where += [f"utterance {utterance}"] if utterance is not None else []
@@ -42,6 +43,10 @@ class ShortageError(DnnvssError):
 
     Nothing may be left out, remembered or refused because of it.
     """
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _ended(sentence: str) -> str:

@@ -20,7 +20,9 @@ from dnnvss.staging import FileSet, Part, current
 _FULL = "Free some space or choose another folder, then run the same command again: it resumes"
 _CLOSED = "Choose another place, or give yourself the right to use this one"
 _REMEDIES = {errno.ENOSPC: _FULL, errno.EDQUOT: _FULL, errno.EFBIG: _FULL, errno.EACCES: _CLOSED, errno.EPERM: _CLOSED,
-             errno.EROFS: _CLOSED, errno.EISDIR: _CLOSED, errno.ENOTDIR: _CLOSED}
+             errno.EROFS: _CLOSED, errno.EISDIR: _CLOSED, errno.ENOTDIR: _CLOSED,
+             errno.ENAMETOOLONG: "Choose a shorter name",
+             errno.ELOOP: "It is a link that leads to itself: name the file"}
 
 
 def remedy_for(error: OSError) -> str | None:

@@ -20,6 +20,7 @@ other class is held to ``isinstance``.
 import dataclasses
 import difflib
 import math
+import os
 import types
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral, Real
@@ -49,6 +50,7 @@ class Checks:
         choices: all values that there are.
         infinite: whether a number may be infinite; one that is not a number is always refused.
         nonzero: whether 0 is left out.
+        path: whether a text is a path.
     """
 
     least: float | None = None
@@ -58,6 +60,7 @@ class Checks:
     choices: tuple[Any, ...] | None = None
     infinite: bool = False
     nonzero: bool = False
+    path: bool = False
 
     @property
     def range(self) -> str:
@@ -83,15 +86,15 @@ class Checks:
 
 def setting(default: Any = dataclasses.MISSING, *, least: float | None = None, most: float | None = None,
             above: float | None = None, below: float | None = None, choices: Iterable[Any] | None = None,
-            infinite: bool = False, nonzero: bool = False, doc: str = "") -> Any:
+            infinite: bool = False, nonzero: bool = False, path: bool = False, doc: str = "") -> Any:
     """A field of a settings dataclass, with its checks.
 
     Args:
         default: without one the setting is required; lists and mappings are copied for each instance.
-        least, most, above, below, choices, infinite, nonzero: see :class:`Checks`.
+        least, most, above, below, choices, infinite, nonzero, path: see :class:`Checks`.
         doc: what the setting means, in half a sentence.
     """
-    checks = Checks(least, most, above, below, None if choices is None else tuple(choices), infinite, nonzero)
+    checks = Checks(least, most, above, below, None if choices is None else tuple(choices), infinite, nonzero, path)
     metadata = {"checks": checks, "doc": doc}
     if isinstance(default, list | dict):
         return dataclasses.field(default_factory=lambda: type(default)(default), metadata=metadata)
@@ -197,7 +200,7 @@ def _read(kind: Any, value: Any, name: str, checks: Checks) -> Any:
 
 
 def _read_leaf(kind: Any, value: Any, name: str, checks: Checks) -> Any:
-    if not _fits(get_origin(kind) or kind, value):
+    if not _fits(get_origin(kind) or kind, value) or (isinstance(value, str) and "\0" in value):
         _refuse(name, value, kind, checks)
     if kind in (int, float):
         if isinstance(value, Integral) and abs(int(value)) > _LARGEST:
@@ -207,8 +210,19 @@ def _read_leaf(kind: Any, value: Any, name: str, checks: Checks) -> Any:
             raise DnnvssError(f"{name}={shown(value)} {fault}", remedy=f"Give {_expected(kind, checks)}")
         value = kind(value)
     elif kind is Path:
-        value = Path(value)
+        value = at_home(value)
+    elif checks.path:
+        value = str(at_home(value)) if value.startswith("~") else value
     return value if checks.choices is None else _chosen(value, checks.choices, name)
+
+
+def at_home(path: str | Path) -> Path:
+    """A path in which ``~/`` at the start is the user's home folder, as a shell would have it."""
+    name = str(path)
+    return Path(os.path.expanduser(name)) if name == "~" or name.startswith(_HOME) else Path(path)  # noqa: PTH111
+
+
+_HOME = tuple(f"~{separator}" for separator in {"/", os.sep})
 
 
 def _fits(kind: Any, value: Any) -> bool:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from dnnvss.commands.annotations import annotations, is_text, setting_paths
-from dnnvss.commands.conf import choices, conf_folder, groups, setting_names
+from dnnvss.commands.conf import choices, conf_folder, groups, read_file, setting_names
 from dnnvss.commands.usage import UsageError
 from dnnvss.settings import unknown_setting
 
@@ -178,6 +178,8 @@ def _folders(flags: list[str]) -> list[Path]:
     for folder in own:
         if not folder.is_dir():
             raise UsageError("no such folder", file=folder, remedy="Give --config-dir a folder of settings")
+        for path in sorted(folder.rglob("*.yaml")):
+            read_file(path)  # hydra's words for one that is damaged name neither file nor remedy
     return [conf_folder(), *own]
 
 
@@ -265,9 +267,9 @@ class _Known:
         return UsageError(f"{word} is no setting", remedy=f"Did you mean {meant}?")
 
     def _unknown(self, key: str, value: str) -> UsageError:
-        if (folder := self.folders[0] / key).is_dir() and key not in self.groups:
+        if key in (path.name for path in self.folders[0].iterdir() if path.is_dir()) and key not in self.groups:
             return UsageError(f"{key}={value} is not used by {self.command.name}",
-                              remedy=f"{folder.name} belongs to another command; leave it out")
+                              remedy=f"{key} belongs to another command; leave it out")
         meant = self.nearest(key)
         if meant is not None:
             return UsageError(f"{key} is no setting of {self.command.name}",

@@ -1,6 +1,7 @@
 """From the arguments of a settings command to typed settings, with hydra or without."""
 
 import os
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -52,6 +53,14 @@ def plain_settings(config: DictConfig) -> dict[str, Any]:
     except OmegaConfBaseException as error:
         raise UsageError(_first_line(error), remedy="Write ${NAME} with the name of a setting") from error
     return plain
+
+
+def job_number() -> int | None:
+    """Which job of a sweep this is, counted from 0; None where there is no sweep. Hydra is not loaded to find out."""
+    if (loaded := sys.modules.get("hydra.core.hydra_config")) is None or not loaded.HydraConfig.initialized():
+        return None
+    hydra = loaded.HydraConfig.get()
+    return int(hydra.job.num) if hydra.mode is not None and hydra.mode.name == "MULTIRUN" else None
 
 
 def typed_settings(command: SettingsCommand, config: DictConfig) -> Any:

@@ -11,6 +11,7 @@ import dnnvss
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 
+_REMEDY = "Write a file such as those of conf/, in YAML and UTF-8"
 _PACKAGE = Path(dnnvss.__file__).parent
 
 
@@ -23,7 +24,7 @@ def conf_folder() -> Path:
 def groups(folder: Path, name: str) -> dict[str, str | None]:
     """The groups that ``name.yaml`` builds on, each with its default choice."""
     found: dict[str, str | None] = {}
-    for entry in _load(folder / f"{name}.yaml").get("defaults", []):
+    for entry in read_file(folder / f"{name}.yaml").get("defaults", []):
         if isinstance(entry, dict):
             (group, choice), = entry.items()
             if not group.startswith("override "):
@@ -42,7 +43,7 @@ def setting_names(folders: Sequence[Path], name: str) -> list[str]:
     for group in groups(folders[0], name):
         for folder in folders:
             for path in sorted((folder / group).glob("*.yaml")):
-                if "@package _global_" not in path.read_text(encoding="utf-8"):
+                if "@package _global_" not in files.read_text(path, _REMEDY):
                     found |= dict.fromkeys(f"{group}.{n}" for n in _names(_own(path)))
     return list(found)
 
@@ -64,20 +65,26 @@ def read_choice(path: Path) -> dict[str, Any]:
     Raises:
         DnnvssError: the file is missing or no table of settings.
     """
-    remedy = "Give a file such as those of conf/"
-    plain: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p), resolve=True), remedy)
-    if not isinstance(plain, dict):
-        raise DnnvssError("holds no table of settings", file=path, remedy=remedy)
+    plain: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.load(p), resolve=True), _REMEDY)
+    if not isinstance(plain, dict) or not all(isinstance(key, str) for key in plain):
+        raise DnnvssError("holds no table of settings", file=path, remedy=_REMEDY)
     return plain
 
 
-def _load(path: Path) -> dict[str, Any]:
-    loaded: Any = OmegaConf.to_container(OmegaConf.load(path))
+def read_file(path: Path) -> dict[str, Any]:
+    """What a file of settings says, as plain containers; nothing in it is looked up.
+
+    Raises:
+        DnnvssError: it cannot be read, or holds no table.
+    """
+    loaded: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.create(p.read_text("utf-8"))), _REMEDY)
+    if not isinstance(loaded, dict) or not all(isinstance(key, str) for key in loaded):
+        raise DnnvssError("holds no table of settings", file=path, remedy=_REMEDY)
     return loaded
 
 
 def _own(path: Path) -> dict[str, Any]:
-    return {key: value for key, value in _load(path).items() if key not in ("defaults", "hydra")}
+    return {key: value for key, value in read_file(path).items() if key not in ("defaults", "hydra")}
 
 
 def _names(values: dict[str, Any], above: str = "") -> Iterator[str]:

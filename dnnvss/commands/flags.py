@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from dnnvss.commands.usage import UsageError
 from dnnvss.errors import DnnvssError
+from dnnvss.settings import at_home
 
 
 class Flags(argparse.ArgumentParser):
@@ -31,6 +32,11 @@ class Flags(argparse.ArgumentParser):
         options, left = self.parse_known_args(arguments)
         if left:
             raise self._left_over(left)
+        for name, value in vars(options).items():
+            if isinstance(value, Path):
+                setattr(options, name, at_home(value))
+            elif isinstance(value, list):
+                setattr(options, name, [at_home(each) if isinstance(each, Path) else each for each in value])
         return options
 
     def error(self, message: str) -> NoReturn:

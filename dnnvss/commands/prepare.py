@@ -1,7 +1,6 @@
 """``dnnvss prepare corpus=NAME corpus.raw=RAW``: a corpus from recordings; settings in ``conf/prepare.yaml``."""
 
 from collections.abc import Sequence
-from inspect import signature
 
 from omegaconf import DictConfig
 
@@ -28,7 +27,5 @@ def job(config: DictConfig) -> None:
     corpus, importer = settings.corpus.common, settings.corpus.make
     if corpus.raw is None and settings.corpus.recorded:
         raise UsageError("corpus.raw is not set", remedy="Add corpus.raw=... to the command")
-    prepare = importer.load()
-    common = {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend, "strict": settings.strict}
-    taken = {name: value for name, value in common.items() if name in signature(prepare).parameters}
-    prepare(out=corpus.out, **taken, **importer.settings)
+    importer.call(corpus.out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend,
+                               "strict": settings.strict})

@@ -11,8 +11,8 @@ import numpy as np
 from omegaconf import DictConfig
 
 from dnnvss.commands.arguments import SettingsCommand
-from dnnvss.commands.composed import run_command, typed_settings
-from dnnvss.commands.speak_settings import SpeakSettings, check_files
+from dnnvss.commands.composed import job_number, run_command, typed_settings
+from dnnvss.commands.speak_settings import SpeakSettings, check_files, numbered
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.media import SOUND_RATE, SPEECH_RATE, read_audio
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str]) -> int:
 
 def synthesise(config: DictConfig) -> None:
     """Write the video that ``config`` asks for, and its trajectory, alignment, plot and report beside it."""
-    settings: SpeakSettings = typed_settings(COMMAND, config)
+    settings: SpeakSettings = numbered(typed_settings(COMMAND, config), job_number())
     check_files(settings)
     run = Run.open(chosen_run(settings))
     spoken = speak(run, read_request(settings, run))

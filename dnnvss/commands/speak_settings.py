@@ -1,6 +1,6 @@
 """The settings of ``conf/synth.yaml``, and which of them do not go together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dnnvss.errors import DnnvssError
@@ -36,30 +36,48 @@ class SpeakSettings:
 
     speech: SpeechSettings
     style: StyleSettings
-    run: str | None = setting(None)
-    runs: str = setting("runs")
+    run: str | None = setting(None, path=True)
+    runs: str = setting("runs", path=True)
     text: str | None = setting(None)
-    wav: str | None = setting(None)
-    alignment: str | None = setting(None)
-    out: str = setting("speech.mp4")
+    wav: str | None = setting(None, path=True)
+    alignment: str | None = setting(None, path=True)
+    out: str = setting("speech.mp4", path=True)
     rate: FrameClock | None = setting(None)
-    into: str | None = setting(None)
+    into: str | None = setting(None, path=True)
     into_fill: str = setting("pingpong", choices=FILLS)
     render: str = setting("face")
     scale: float = setting(1.0, above=0, most=16)
     durations: str = setting("corpus", choices=("corpus", "model"))
     speed: float = setting(1.0, above=0)
     total: float | None = setting(None, above=0)
-    lead_in: float = setting(250.0, least=0)
-    lead_out: float = setting(350.0, least=0)
+    lead_in: float = setting(250.0, least=0, most=600_000)
+    lead_out: float = setting(350.0, least=0, most=600_000)
     anticipation: float = setting(0.0, least=-5000, most=5000)
-    export_alignment: str | None = setting(None)
-    export_curves: str | None = setting(None)
-    overrides: str | None = setting(None)
-    import_keys: str | None = setting(None)
-    export_keys: str | None = setting(None)
+    export_alignment: str | None = setting(None, path=True)
+    export_curves: str | None = setting(None, path=True)
+    overrides: str | None = setting(None, path=True)
+    import_keys: str | None = setting(None, path=True)
+    export_keys: str | None = setting(None, path=True)
     key_names: tuple[str, ...] = setting(("aperture", "lower_lip", "width"))
     key_positions: tuple[float, ...] = setting((0.5,), least=0, most=1)
+
+
+def numbered(settings: SpeakSettings, job: int | None) -> SpeakSettings:
+    """The settings of a job of a sweep, whose outputs have its number, so that none overwrites another's.
+
+    Args:
+        settings: as composed.
+        job: counted from 0; None where there is no sweep, and the outputs keep their names.
+    """
+    if job is None:
+        return settings
+    named = {name: getattr(settings, name) for name in ("out", *_OUTPUTS)}
+    return replace(settings, **{name: _with_number(Path(path), job + 1) for name, path in named.items() if path})
+
+
+def _with_number(path: Path, number: int) -> str:
+    stem, dot, rest = path.name.partition(".")
+    return str(path.with_name(f"{stem}_{number}{dot}{rest}"))
 
 
 def check_files(settings: SpeakSettings) -> None:

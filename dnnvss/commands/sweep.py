@@ -124,17 +124,18 @@ class CompareRuns(Notes):
         first = configs[0]
         folders, names = [run_folder(c) for c in configs], what_differs(given)
         name = "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
-        out = _free(Path(first.runs) / name, [folder.name for folder in folders])
+        settings = list(map(run_settings, configs))
+        out = _free(Path(settings[0].runs) / name, [folder.name for folder in folders])
         made = compare_runs(folders, out, names)
         print(f"{made.table}\nwrote {made.page}")
         if self.sizes:
             from dnnvss.evaluation.sizes import write_sizes
 
-            print("wrote " + ", ".join(map(str, write_sizes(folders, list(map(run_settings, configs)), out))))
+            print("wrote " + ", ".join(map(str, write_sizes(folders, settings, out))))
         if self.video:
             from dnnvss.evaluation.videos import write_systems
 
-            corpus = Corpus.open(first.corpus.out)
+            corpus = Corpus.open(settings[0].corpus_folder)
             sentence = sorted(u.id for u in corpus.split("test", first.corpus.split))[0]
             runs = dict(zip(names, map(Run.open, folders), strict=True))
             print(f"wrote {write_systems(runs, corpus, sentence, out / 'side_by_side.mp4')}")

@@ -8,11 +8,13 @@ from typing import Any
 from dnnvss.curves import Windows
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
+from dnnvss.settings import read_settings, setting, shown
 from dnnvss.timing import FrameClock
 
 KEY = "dnnvss"
 """The name of the description in the metadata of a file."""
 VERSION = 2
+_REMEDY = "Export the run again"
 SUFFIXES = (".onnx", ".pt2")
 """How a network is written."""
 INPUTS, OUTPUTS = ("active", "numeric"), ("mean", "variance")
@@ -63,11 +65,40 @@ class Description:
         """
         try:
             d = json.loads(text)
-            version = d["version"]
-        except (ValueError, TypeError, KeyError) as error:
-            raise DnnvssError("holds no description of its network", remedy="Export the run again") from error
-        if version != VERSION:
-            raise DnnvssError(f"has version {version}, this program reads {VERSION}", remedy="Export the run again")
-        windows = Windows(tuple(d["windows"]["names"]), tuple(tuple(t) for t in d["windows"]["taps"]))
-        return cls(d["system"], FeatureTable.from_description(d["table"]), FrameClock(d["rate"]), windows,
-                   tuple(d["coefficients"]), d["scaler"], d["streams"], d["predicted"], tuple(d["reach"]))
+        except (ValueError, RecursionError) as error:
+            raise DnnvssError("holds no description of its network", remedy=_REMEDY) from error
+        if not isinstance(d, Mapping) or d.get("version") != VERSION:
+            version = shown(d.get("version")) if isinstance(d, Mapping) else "no"
+            raise DnnvssError(f"has version {version}, this program reads {VERSION}", remedy=_REMEDY)
+        try:
+            kept = read_settings(_Kept, d, "")
+            windows = Windows(kept.windows.names, kept.windows.taps)
+            return cls(kept.system, FeatureTable.from_description(kept.table), kept.rate, windows,
+                       kept.coefficients, kept.scaler, kept.streams, kept.predicted, kept.reach)
+        except DnnvssError as error:
+            raise DnnvssError(f"describes its network wrongly: {error.problem}", remedy=_REMEDY) from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Windows:
+    """The streams of the outputs, as they are kept."""
+
+    names: tuple[str, ...]
+    taps: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """What :meth:`Description.to_json` writes."""
+
+    version: int
+    system: str
+    table: Mapping[str, Any]
+    rate: FrameClock
+    windows: _Windows
+    coefficients: tuple[str, ...]
+    scaler: Mapping[str, Any]
+    streams: Mapping[str, Any]
+    predicted: bool
+    padding: int
+    reach: tuple[int, int] = setting(least=0, most=10**9)

@@ -72,15 +72,16 @@ def begin(folder: Path, settings: RunSettings, corpus: Corpus, first: bool = Tru
     """
     places = RunFiles(folder)
     if not settings.overwrite:
-        check_begun(folder, settings, corpus.fingerprint)
+        if first:
+            check_begun(folder, settings, corpus.fingerprint)
         if places.finished:
             return True
     elif first:
         delete_run(folder)
     files.make_folder(folder)
     if first:
-        settings.write(folder)
         files.write_json(places.provenance, asdict(provenance(settings, corpus.fingerprint)))
+        settings.write(folder)
     return False
 
 

@@ -12,6 +12,7 @@ from dnnvss import __version__
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
+from dnnvss.staging import is_ours
 from dnnvss.training.settings import SHARING
 
 _NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample")
@@ -71,9 +72,13 @@ def check_begun(folder: Path, settings: RunSettings, fingerprint: str) -> None:
     """Refuse to go on with a run that was begun with other settings or another corpus.
 
     Raises:
-        DnnvssError: they differ in something that changes results; the first few are named.
+        DnnvssError: they differ in something that changes results; the first few are named. Or the folder holds
+            something that is no run.
     """
     places = RunFiles(folder)
+    if not places.provenance.is_file() and _foreign(folder):
+        raise DnnvssError("holds something that is not a run", file=folder,
+                          remedy="Name a folder that is empty or not there yet, or leave run= out")
     if not places.config.is_file() or not places.provenance.is_file():
         return
     corpus = places.written().corpus
@@ -95,10 +100,15 @@ def delete_run(folder: Path) -> None:
     """
     if not folder.exists():
         return
-    if any(folder.iterdir()) and not RunFiles(folder).provenance.is_file():
+    if _foreign(folder) and not RunFiles(folder).provenance.is_file():
         raise DnnvssError("holds something that is not a run, so overwrite=true does not delete it", file=folder,
                           remedy="Choose another folder")
     shutil.rmtree(folder)
+
+
+def _foreign(folder: Path) -> bool:
+    """Whether a folder without provenance, which comes first into a run, holds anything but what a kill left."""
+    return folder.is_dir() and not all(is_ours(path.name) for path in folder.iterdir())
 
 
 def _flat(value: Any, name: str = "") -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """A trained system, opened for use, with everything that belongs to it."""
 
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -17,7 +19,9 @@ from dnnvss.runs.bundle import BundleIndex, is_bundle
 from dnnvss.runs.files import Provenance, RunFiles
 from dnnvss.runs.heard import Heard
 from dnnvss.runs.settings import RunSettings
+from dnnvss.runs.trial import trial
 from dnnvss.runs.voice import Voice
+from dnnvss.shortages import shortage_of
 from dnnvss.speech.durations import DurationModel
 from dnnvss.style import Talker
 from dnnvss.style.generator import Generator
@@ -29,6 +33,7 @@ from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 from dnnvss.training.precision import resolve
 from dnnvss.visemes import TIER
 
+_ANEW = "Train the run anew: python train.py overwrite=true"
 _PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocketsphinx")
 
 
@@ -47,11 +52,13 @@ class Run:
         folder: of the run, or a bundle.
         settings: that it was trained with.
         model: the system.
+        width: how many parameters it predicts; None where that is not known before it is asked.
     """
 
     folder: Path
     settings: RunSettings
     model: VisualModel
+    width: int | None = None
 
     @property
     def files(self) -> RunFiles:
@@ -85,9 +92,10 @@ class Run:
     def generator(self) -> Generator:
         """What turns examples into trajectories, with what was learnt of the talker."""
         talker = Talker.load(self.files.talker)
-        if len(talker.natural) != len(self.face.names):
-            raise DnnvssError(f"knows {len(talker.natural)} coefficients, and the face has {len(self.face.names)}",
-                              file=self.files.talker, remedy="Train the run anew: python train.py overwrite=true")
+        count = len(self.face.names)
+        for known, file in ((len(talker.natural), self.files.talker), (self.width, self.files.model)):
+            if known not in (None, count):
+                raise DnnvssError(f"knows {known} coefficients, and the face has {count}", file=file, remedy=_ANEW)
         return Generator(self.task, self.model, talker)
 
     @cached_property
@@ -145,7 +153,8 @@ class Run:
             files.inside(folder, path.name)
         settings = RunSettings.load(folder)
         kept = BundleIndex.load(folder).check(folder) if is_bundle(folder) else places.model
-        return cls(folder, settings, _exported(kept, settings) if kept.suffix == ".onnx" else _trained(kept, settings))
+        model = _exported(kept, settings) if kept.suffix == ".onnx" else _trained(kept, settings)
+        return cls(folder, settings, model, _tried(kept, model, settings))
 
 
 def _exported(path: Path, settings: RunSettings) -> VisualModel:
@@ -167,15 +176,32 @@ def _trained(path: Path, settings: RunSettings) -> VisualModel:
     if not all(isinstance(checkpoint.get(part), dict) for part in ("table", "state")):
         raise DnnvssError("is no system of this package", file=path, remedy="Train a system: python train.py")
     model = make_model(settings, settings.task)
-    try:
+    with _learnt_by(settings, path):
         settings.task.table.check(checkpoint["table"])
         model.load_state(checkpoint["state"])
+    return model
+
+
+def _tried(path: Path, model: VisualModel, settings: RunSettings) -> int | None:
+    """How many parameters a system predicts; it is asked for a second of speech."""
+    with _learnt_by(settings, path):
+        found = trial(model, settings.task)
+    return None if found is None else found.mean.shape[2]
+
+
+@contextmanager
+def _learnt_by(settings: RunSettings, path: Path) -> Iterator[None]:
+    """Say of a file that it does not hold what its system learns, whatever the system trips over."""
+    try:
+        yield
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=path, remedy=error.remedy) from error
-    except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
-        raise DnnvssError(f"does not hold what {settings.model_name} learns ({type(error).__name__}: {error})",
-                          file=path, remedy="Train the run anew: python train.py overwrite=true") from error
-    return model
+    except Exception as error:  # each library has errors of its own for numbers that do not fit
+        if (short := shortage_of(error, path)) is not None:
+            raise short from error
+        said = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+        raise DnnvssError(f"does not hold what {settings.model_name} learns ({said})", file=path,
+                          remedy=_ANEW) from error
 
 
 def make_model(settings: RunSettings, task: Task) -> VisualModel:

@@ -16,7 +16,7 @@ from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
-from dnnvss.settings import read_settings, setting, shown
+from dnnvss.settings import at_home, read_settings, setting, shown
 from dnnvss.style.generator import StyleSettings
 from dnnvss.systems.examples import Task
 from dnnvss.timing import FrameClock
@@ -45,8 +45,8 @@ class RunOptions:
     """What every run is told beside its groups, with the groups that belong to all runs."""
 
     seed: int = setting(0, least=0)
-    runs: str = setting("runs", doc="folder of run folders")
-    run: str | None = setting(None, doc="the run folder; named by what changes results where None")
+    runs: str = setting("runs", path=True, doc="folder of run folders")
+    run: str | None = setting(None, path=True, doc="the run folder; named by what changes results where None")
     overwrite: bool = setting(False, doc="train anew where a finished run has the same name")
     jobs: int = setting(-1, least=-1, nonzero=True, doc="processes of the stage that encodes faces; -1 for all cores")
     folds: int | None = setting(None, least=0, doc="parts of all sentences, each predicted by a system that was "
@@ -123,7 +123,7 @@ class RunSettings(RunOptions):
     @property
     def corpus_folder(self) -> Path:
         """The folder of the prepared corpus."""
-        return Path(self.corpus["out"])
+        return at_home(self.corpus["out"])
 
     @property
     def split(self) -> str:

@@ -21,6 +21,8 @@ Expected = Callable[[Alignment, str], np.ndarray]
 """What tells the expected seconds (n,) of each spoken phone of an alignment and its text, whatever its times are."""
 SHORTEST = 0.01
 """Seconds below which a duration of the corpus is not believed, and below which none is predicted."""
+_SLOWEST = 20
+"""How many times longer than the talker's a total length may let phones last."""
 
 _PENALTIES = (0.3, 1.0, 3.0, 10.0, 30.0)
 _FOLDS = 5
@@ -112,7 +114,8 @@ class DurationModel:
             expected: another source of the expected seconds (n,) of each spoken phone; this model's own if left out.
 
         Raises:
-            DnnvssError: a rate outside 0.25 to 4, negative silences, or a total that is too short for the phones.
+            DnnvssError: a rate outside 0.25 to 4, negative silences, or a total that is too short or too long for the
+                phones.
         """
         if not 0.25 <= rate <= 4 or lead_in < 0 or lead_out < 0:
             raise DnnvssError(f"cannot speak at a speed of {rate} with silences of {lead_in} and {lead_out} s",
@@ -131,6 +134,10 @@ class DurationModel:
                 silence = lead_in + lead_out
                 raise DnnvssError(f"{total} s are too short for {len(mean)} phones and {silence:.2f} s of silence",
                                   remedy=f"Give at least {total - wanted + 2 * SHORTEST * len(mean):.2f} s")
+            if wanted > (most := _SLOWEST * (np.exp(mean).sum() + pauses[~fixed].sum())):
+                raise DnnvssError(f"{total:g} s are too long for {len(mean)} phones",
+                                  remedy=f"Give at most {total - wanted + most:.2f} s, or more silence around the "
+                                  "words (lead_in, lead_out, [pause 2s])")
         seconds, pauses[~fixed] = _stretched(mean, deviation, pauses[~fixed], float(wanted))
         return _laid_out(plan, seconds, pauses, lead_in, lead_out)
 

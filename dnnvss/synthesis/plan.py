@@ -63,6 +63,19 @@ def make_plan(run: Run, request: SpeakRequest) -> Plan:
     Raises:
         DnnvssError: nothing is given that could be said, or it cannot be used.
     """
+    plan = _planned(run, request)
+    if plan.alignment.end > LONGEST:
+        raise DnnvssError(f"would last {plan.alignment.end / 3600:,.1f} hours",
+                          remedy=f"Speak it in parts of at most {LONGEST / 3600:g} hours")
+    return plan
+
+
+LONGEST = 6 * 3600.0
+"""Seconds of speech beyond which a time is a mistake, and memory would not hold the frames."""
+
+
+def _planned(run: Run, request: SpeakRequest) -> Plan:
+    """What is said, by what is given of it."""
     if request.alignment is not None:
         plan = given(run, request, request.alignment)
         return plan if request.recording else spoken(plan, request, lambda: parsed(run, request, plan.text))

@@ -1,14 +1,15 @@
 """Networks from the columns of frames to outputs, by kind: frame by frame, or over time."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import torch
 from torch import Tensor, nn
 
 from dnnvss.settings import read_settings, unknown_setting
 
+Module = TypeVar("Module", bound=nn.Module)
 _AT_ONCE, _AT_ONCE_OVER_TIME = 4096, 16384
 """Frames a forward pass at prediction: bounds memory on an hour of text."""
 
@@ -90,6 +91,29 @@ def counts(lengths: Any, total: int) -> Sequence[int]:
     if lengths is None:
         return [total]
     return lengths.tolist() if isinstance(lengths, Tensor) else list(lengths)
+
+
+def filled(build: Callable[[], Module], weights: Mapping[str, Tensor]) -> Module:
+    """A network with weights out of a file.
+
+    It is built without memory first: a file or settings that ask for another size than the weights have, a giant one
+    perhaps, cost nothing.
+
+    Args:
+        build: makes the network.
+        weights: by name.
+
+    Raises:
+        ValueError: the network has other weights, or they are of another shape or kind.
+    """
+    with torch.device("meta"):
+        wanted = {name: (weight.shape, weight.dtype) for name, weight in build().state_dict().items()}
+    given = {name: (weight.shape, weight.dtype) for name, weight in weights.items()}
+    if wrong := sorted(name for name in {*wanted, *given} if wanted.get(name) != given.get(name)):
+        raise ValueError(f"its weights {wrong[0]} are not those of the network that the settings describe")
+    network = build()
+    network.load_state_dict(weights)
+    return network
 
 
 @dataclass(frozen=True)

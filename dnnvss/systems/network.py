@@ -16,7 +16,7 @@ from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import READABLE, Example, Prediction, PredictionStream, VisualModel, moments
 from dnnvss.systems.figures import trajectory_figure
-from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, pieces
+from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, filled, pieces
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
@@ -236,9 +236,7 @@ class NetworkModel(VisualModel):
         """Take over weights, scalers and error variances."""
         self.mean_, self.deviation_, self.variance_ = (state[n].numpy() for n in ("mean", "deviation", "variance"))
         self.scaler_ = NumericScaler.from_description(state["scaler"])
-        self.networks_ = [self._new_network().eval() for _ in state["networks"]]
-        for network, weights in zip(self.networks_, state["networks"], strict=True):
-            network.load_state_dict(weights)
+        self.networks_ = [filled(self._new_network, weights).eval() for weights in state["networks"]]
 
     def _new_network(self) -> FrameNetwork:
         return self.plan.build(binary=self.table.binary_width, numeric=self.table.numeric_width,

@@ -11,6 +11,7 @@ import torch
 from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.systems.feedforward import FeedForward
+from dnnvss.systems.frame_network import filled
 from dnnvss.timing import FrameClock, Tier
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.classification import FrameClassification
@@ -95,9 +96,8 @@ class UnitNetwork:
     def from_state(cls, state: Mapping[str, Any]) -> "UnitNetwork":
         """Return the network that :meth:`state` described."""
         table = FeatureTable.from_description(state["table"])
-        network = FeedForward(table.binary_width, table.numeric_width, table.active_width, state["units"] + 1,
-                              state["hidden"])
-        network.load_state_dict(state["weights"])
+        network = filled(lambda: FeedForward(table.binary_width, table.numeric_width, table.active_width,
+                                             state["units"] + 1, state["hidden"]), state["weights"])
         return cls(table, state["units"], tuple(state["hidden"]), network.eval(),
                    NumericScaler.from_description(state["scaler"]))
 

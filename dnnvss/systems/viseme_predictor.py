@@ -9,10 +9,14 @@ import torch
 
 from dnnvss.corpus import Utterance
 from dnnvss.features import FrameCodes, encode
+from dnnvss.settings import read_settings
 from dnnvss.systems.viseme_network import UnitNetwork
 from dnnvss.timing import Alignment, FrameClock, Tier
-from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
+from dnnvss.training.checkpoints import read_checkpoint, save_checkpoint
 from dnnvss.visemes import DecodingSettings, Grammar, Visemes, sample, viseme_tier, viterbi
+
+_MOST = 1000
+"""Tiers that are drawn for an utterance, beyond which a file is damaged."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +84,18 @@ class UnitModel:
         Raises:
             DnnvssError: the file is missing or damaged.
         """
-        s = load_checkpoint(path)
+        return read_checkpoint(path, cls._built, "Train the run anew: python train.py overwrite=true")
+
+    @classmethod
+    def _built(cls, s: dict[str, Any]) -> "UnitModel":
         predictor = VisemePredictor(UnitNetwork.from_state(s["network"]), Grammar.from_description(s["grammar"]),
-                                    DecodingSettings(**s["decoding"]), FrameClock(s["clock"]))
-        return cls(Visemes.from_description(s["visemes"]), predictor, s["samples"])
+                                    read_settings(DecodingSettings, s["decoding"], "decoding"), FrameClock(s["clock"]))
+        if type(s["samples"]) is not int or not 0 <= s["samples"] <= _MOST:
+            raise ValueError(f"samples is {s['samples']!r}")
+        model = cls(Visemes.from_description(s["visemes"]), predictor, s["samples"])
+        if len(model.visemes) != len(predictor.grammar):
+            raise ValueError(f"{len(model.visemes)} units and a grammar of {len(predictor.grammar)}")
+        return model
 
 
 def _tensors(value: Any) -> Any:

@@ -2,15 +2,18 @@
 
 import io
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
 
 from dnnvss import files
 from dnnvss.archives import check_sizes, read_arrays
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
+
+T = TypeVar("T")
 
 
 def load_checkpoint(path: Path) -> dict[str, Any]:
@@ -26,6 +29,29 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
     if not isinstance(state, dict):
         raise DnnvssError("is not a checkpoint of this package", file=path, remedy=remedy)
     return state
+
+
+def read_checkpoint(path: Path, build: Callable[[dict[str, Any]], T], remedy: str) -> T:
+    """What is built of a checkpoint; one that lacks a part, or has it in another shape, is told as damaged.
+
+    Args:
+        path: the file.
+        build: makes it of the tensors and plain containers.
+        remedy: what to do where that fails.
+
+    Raises:
+        DnnvssError: it cannot be read, or nothing can be built of it.
+    """
+    def read(p: Path) -> T:
+        try:
+            return build(load_checkpoint(p))
+        except ShortageError:
+            raise
+        except DnnvssError as error:
+            raise DnnvssError(error.problem, file=path, remedy=error.remedy or remedy) from error
+
+    made: T = files.read(path, read, remedy)
+    return made
 
 
 def save_checkpoint(path: Path, state: dict[str, Any]) -> None:

@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss.archives import Held, check_arrays
 from dnnvss.errors import DnnvssError
 
 _SHRINK = 4.0  # gestures of the average unit that every unit's durations are mixed with
-_ARRAYS = ("follow", "first", "last", "duration", "share")
+_HELD = {"follow": Held(("U", "U")), "first": Held(("U",)), "last": Held(("U",)), "duration": Held(("L", "U")),
+         "share": Held(("U",))}
+_ARRAYS = tuple(_HELD)
 
 
 @dataclass(frozen=True)
@@ -69,8 +72,18 @@ class Grammar:
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> "Grammar":
-        """Return the grammar that :meth:`describe` described."""
-        return cls(**{name: np.asarray(description[name]) for name in _ARRAYS})
+        """Return the grammar that :meth:`describe` described.
+
+        Raises:
+            DnnvssError: an array is absent or of another shape.
+        """
+        arrays = {name: np.asarray(description[name]) for name in _ARRAYS if name in description}
+        check_arrays(arrays, _HELD, None, "Train the run anew")
+        return cls(**arrays)
+
+    def __len__(self) -> int:
+        """The number of units."""
+        return len(self.first)
 
 
 def _durations(units: np.ndarray, frames: np.ndarray, count: int) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss.archives import Held, check_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face
 from dnnvss.settings import check_settings, read_settings, setting
@@ -16,7 +17,9 @@ from dnnvss.visemes.gestures import Gestures, GestureSettings, cut, reference_sp
 REST = 0
 """The number of the unit of rest; the others are numbered from 1, the most frequent first."""
 TIER = "visemes"
-_ARRAYS = ("view", "scale", "centres", "means", "seconds", "counts")
+_HELD = {"view": Held(("D", "M")), "scale": Held(("D",)), "centres": Held(("V", "R", "D")),
+         "means": Held(("U", "R", "D")), "seconds": Held(("U",)), "counts": Held(("U",), "iu")}
+_ARRAYS = tuple(_HELD)
 
 
 @dataclass(frozen=True)
@@ -145,8 +148,14 @@ class Visemes:
 
     @classmethod
     def from_description(cls, description: Mapping[str, Any]) -> "Visemes":
-        """Return the units that :meth:`describe` described."""
-        arrays = {name: np.asarray(description[name]) for name in _ARRAYS}
+        """Return the units that :meth:`describe` described.
+
+        Raises:
+            DnnvssError: an array is absent or of another shape.
+        """
+        arrays = {name: np.asarray(description[name]) for name in _ARRAYS if name in description}
+        check_arrays(arrays, _HELD, None, "Train the run anew")
+        check_arrays(arrays, {"centres": Held((len(arrays["means"]) - 1, ...))}, None, "Train the run anew")
         settings = VisemeSettings.from_config(description["settings"])
         return cls(settings, str(description["rate"]), float(description["reference"]), **arrays)
 

@@ -76,7 +76,7 @@ def test_estimates_are_shrunk_by_what_the_halves_disagree():
 def test_a_clip_whose_halves_contradict_stays():
     whole, other = np.array([0.01, -0.01, 0.03]), np.array([0.01, -0.01, -0.09])
     found = shrunk("abc", whole, whole, other)
-    assert found.unknown == ["c"] and found.late["c"] == 0.0
+    assert found.unknown == ("c",) and found.late["c"] == 0.0
     assert isinstance(found, Sync)
 
 

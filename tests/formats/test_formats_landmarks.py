@@ -108,3 +108,15 @@ def test_notes_beside_what_is_known_are_left_alone_and_slips_are_told(tmp_path):
     path.write_text('{"scales": 32}')
     with pytest.raises(DnnvssError, match="scales is no setting"):
         read_marks(path)
+
+
+def test_a_picture_on_the_wall_is_no_talker_and_is_told(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{i}, {face}, {i / 25}, {sure}, 1, 0, {size}, 0, {size}"
+            for i in range(1, 5) for face, sure, size in ((0, .98, 40), (1, .88, 150))]
+    path.write_text("\n".join(["frame, face_id, timestamp, confidence, success, x_0, x_1, y_0, y_1", *rows]))
+    found = read_landmarks(path)
+    assert (found.points[:, 1] == 150).all() and found.faces == 2
+    alone = tmp_path / "b.csv"
+    alone.write_text("\n".join(line for line in path.read_text().splitlines() if ", 0, 0." not in line))
+    assert read_landmarks(alone).faces == 1

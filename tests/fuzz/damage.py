@@ -84,6 +84,8 @@ def damaged(data: bytes, rng: random.Random) -> bytes:
 def _kinds(data: bytes) -> list[Callable[[bytes, random.Random], bytes]]:
     if data[:2] == b"PK":
         return [_arrays, _arrays, _arrays, _arrays, _flip, _cut, _claim]
+    if b"producer_name" in data or b"pytorch" in data[:64]:
+        return [_described, _described, _described, _described, _flip, _cut, _insert]
     kinds = [_cut, _flip, _insert, _lines, _word, _word, _word, _encoding, _nested]
     if _is_json(data):
         return [*kinds, _value, _value, _value, _value, _value]
@@ -247,6 +249,20 @@ def _state(data: bytes, rng: random.Random) -> bytes:
     whole = io.BytesIO()
     torch.save(state, whole)
     return whole.getvalue()
+
+
+def _described(data: bytes, rng: random.Random) -> bytes:
+    """An ONNX file whose description says something else."""
+    import onnx
+
+    try:
+        model = onnx.load_from_string(data)
+        held = model.metadata_props[rng.randrange(len(model.metadata_props))]
+        held.value = json.dumps(_changed(json.loads(held.value), rng))
+    except Exception:
+        return _flip(data, rng)
+    made: bytes = model.SerializeToString()
+    return made
 
 
 def _claim(data: bytes, rng: random.Random) -> bytes:

@@ -41,7 +41,7 @@ from dnnvss.records import read_value
 from dnnvss.render.neutral import Neutral
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.run import Run, _trained, make_model
+from dnnvss.runs.run import Run, _trained, _tried, make_model
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
@@ -253,8 +253,8 @@ def _run(folder: Path) -> dict[str, Input]:
     return {
         "config": Input(places.config, opened),
         "run json": Input(places.provenance, lambda _: (places.written(), RunSettings.load(folder))),
-        "model": Input(places.model, lambda p: _trained(p, settings)),
-        "model as arrays": Input(arrays, lambda p: _trained(p, settings)),
+        "model": Input(places.model, lambda p: _tried(p, _trained(p, settings), settings)),
+        "model as arrays": Input(arrays, lambda p: _tried(p, _trained(p, settings), settings)),
         "metrics": Input(places.metrics, lambda p: read_value(p, "headline", float, "Train anew")),
         "reference": Input(places.prediction("reference"), lambda _: read_run(folder)),
         "speech": Input(places.prediction("speech"), lambda _: read_run(folder)),

@@ -17,7 +17,7 @@ import joblib
 import numpy as np
 
 from dnnvss import files
-from dnnvss.archives import read_arrays
+from dnnvss.archives import Held, read_arrays, read_declared
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.aam.labelling.sheet import Sheet
 from dnnvss.face.aam.search import track
@@ -195,8 +195,15 @@ def _track_one(path: Path, key: str, video: Path, target: Path) -> DnnvssError |
 
 
 def _read(path: Path) -> Track:
-    arrays = read_arrays(path)
+    arrays = read_declared(path, _ARRAYS, "Delete it and run the command again", more=True)
+    if not set(arrays["flag"].tolist()) <= set(range(len(FLAGS))):
+        raise DnnvssError(f"holds flags that are none of 0 to {len(FLAGS) - 1}", file=path,
+                          remedy="Delete it and run the command again")
     return Track(arrays["points"], arrays["error"], arrays["flag"])
+
+
+_ARRAYS = {"points": Held(("F", "P", 2), finite=False), "error": Held(("F",), finite=False), "flag": Held(("F",), "iu")}
+"""What is kept of the track of a video."""
 
 
 def _tracked(job: Job, videos: Sequence[Path]) -> list[tuple[Frames, Track]]:
