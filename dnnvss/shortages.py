@@ -12,7 +12,8 @@ _PROCESSES = "Allow more processes (ulimit -u) or run fewer side by side (jobs=1
 _REMEDIES = {errno.EMFILE: _HANDLES, errno.ENFILE: _HANDLES, errno.ENOMEM: MEMORY, errno.EAGAIN: _PROCESSES,
              errno.ENOBUFS: MEMORY}
 _WORDS = {"can't allocate memory": MEMORY, "out of memory": MEMORY, "insufficient memory": MEMORY,
-          "cannot allocate memory": MEMORY, "too many open files": _HANDLES, "can't start new thread": _PROCESSES}
+          "cannot allocate memory": MEMORY, "failed to map segment": MEMORY, "too many open files": _HANDLES,
+          "can't start new thread": _PROCESSES}
 """What libraries say that have no kind of error for it (torch, OpenCV, the loader of shared libraries)."""
 
 

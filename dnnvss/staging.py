@@ -152,10 +152,14 @@ def sweep_tree(folder: Path) -> None:
 
 
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
+def locked(path: Path, waiting: str = "") -> Iterator[None]:
     """Hold the lock that belongs to a path, a hidden file beside it, which is gone afterwards; wait for it first.
 
     A lock file whose process is gone locks nothing.
+
+    Args:
+        path: what is locked; it need not be there.
+        waiting: printed where another process holds it.
 
     Raises:
         OSError: the folder cannot be written.
@@ -163,7 +167,7 @@ def locked(path: Path) -> Iterator[None]:
     lock = path.parent / f".{path.name}.lock"
     while True:
         handle = os.open(lock, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
-        _lock(handle)
+        _lock(handle, waiting=waiting)
         try:
             if os.path.samestat(os.fstat(handle), lock.lstat()):
                 break
@@ -174,6 +178,33 @@ def locked(path: Path) -> Iterator[None]:
         yield
     finally:
         lock.unlink(missing_ok=True)
+        os.close(handle)
+
+
+@contextmanager
+def reading(folder: Path) -> Iterator[None]:
+    """Read what is in a folder, others beside; wait for who changes it. One that is not there is left alone."""
+    with _used(folder, shared=True, waiting=f"waiting for the command that changes {folder}"):
+        yield
+
+
+@contextmanager
+def changing(folder: Path) -> Iterator[None]:
+    """Change what is in a folder; wait for those who read it. A folder that is not there yet has no readers."""
+    with _used(folder, shared=False, waiting=f"waiting for the commands that read {folder}"):
+        yield
+
+
+@contextmanager
+def _used(folder: Path, shared: bool, waiting: str) -> Iterator[None]:
+    if not folder.is_dir():
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        _lock(handle, shared, waiting)
+        yield
+    finally:
         os.close(handle)
 
 
@@ -219,7 +250,14 @@ def _remove_dead(path: Path) -> bool:
     return True
 
 
-def _lock(handle: int) -> None:
-    if fcntl is not None:
-        with suppress(OSError):  # a file system without locks: nothing is swept there
-            fcntl.flock(handle, fcntl.LOCK_EX)
+def _lock(handle: int, shared: bool = False, waiting: str = "") -> None:
+    if fcntl is None:
+        return
+    kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
+    with suppress(OSError):  # a file system without locks: nothing is swept there
+        try:
+            fcntl.flock(handle, kind | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if waiting:
+                print(waiting, flush=True)
+            fcntl.flock(handle, kind)

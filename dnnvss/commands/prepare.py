@@ -4,10 +4,12 @@ from collections.abc import Sequence
 
 from omegaconf import DictConfig
 
+from dnnvss import files
 from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import run_command, typed_settings
 from dnnvss.commands.prepare_settings import PrepareSettings
 from dnnvss.commands.usage import UsageError
+from dnnvss.staging import changing, locked
 
 COMMAND = SettingsCommand("prepare", "prepare", PrepareSettings, bare="corpus.raw")
 
@@ -27,5 +29,8 @@ def job(config: DictConfig) -> None:
     corpus, importer = settings.corpus.common, settings.corpus.make
     if corpus.raw is None and settings.corpus.recorded:
         raise UsageError("corpus.raw is not set", remedy="Add corpus.raw=... to the command")
-    importer.call(corpus.out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend,
-                               "strict": settings.strict})
+    out = corpus.out
+    files.make_folder(out.parent)
+    with locked(out, f"waiting for the command that prepares {out}"), changing(out):
+        importer.call(out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend,
+                            "strict": settings.strict})

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 from omegaconf import DictConfig
 
@@ -21,6 +22,9 @@ from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import begin, encode, gather, keep, new_model
 from dnnvss.runs.naming import run_folder
 from dnnvss.runs.run import Run
+from dnnvss.runs.settings import RunSettings
+from dnnvss.staging import locked, reading
+from dnnvss.systems import VisualModel
 from dnnvss.training.devices import process_number
 
 
@@ -42,16 +46,31 @@ def train(config: DictConfig) -> float:
     A run that was killed goes on where it stopped; one that is finished is only reported, unless ``overwrite=true``.
     """
     settings = run_settings(config)
+    root = settings.corpus_folder
+    if process_number() > 0:
+        end_with_parent()
+        return _trained(settings, helper=True)
+    name_parent()
+    with reading(root):
+        return _trained(settings, helper=False)
+
+
+def _trained(settings: RunSettings, helper: bool) -> float:
+    """Train what settings describe, alone in the run's folder unless this process helps another."""
     corpus = Corpus.open(settings.corpus_folder)
     settings, choice = settled(settings, corpus)
     if choice is not None:
         print(choice.text)
     model = new_model(settings)
-    folder, helper = run_folder(settings, corpus.fingerprint), process_number() > 0
+    folder = run_folder(settings, corpus.fingerprint)
     if helper:
-        end_with_parent()
-    else:
-        name_parent()
+        return _fitted(settings, corpus, model, folder, helper)
+    files.make_folder(folder.parent)
+    with locked(folder, f"waiting for the command that trains {folder}"):
+        return _fitted(settings, corpus, model, folder, helper)
+
+
+def _fitted(settings: RunSettings, corpus: Corpus, model: VisualModel, folder: Path, helper: bool) -> float:
     places = RunFiles(folder)
     if begin(folder, settings, corpus, first=not helper):
         return _told(places)

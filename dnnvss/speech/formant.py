@@ -6,6 +6,8 @@ parallel. Formants glide between the targets of :mod:`dnnvss.speech.formant_tabl
 vowels (locus equations), and pitch falls over each phrase with a rise on the longer vowels.
 """
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +16,7 @@ import scipy.ndimage
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
 from dnnvss.speech.formant_table import NOISES, Sound, sound
-from dnnvss.timing import Alignment, FrameClock
+from dnnvss.timing import Alignment, FrameClock, Tier
 
 _STEP = 0.0025  # seconds between updates of the filters
 _GLIDE = 0.038  # seconds that formants take from a consonant to its vowel, at most
@@ -22,6 +24,9 @@ _BURST, _BREATH = 0.012, 0.055  # seconds of a stop's burst, and of the breath a
 _UPPER = ((3400.0, 200.0), (4300.0, 280.0), (5300.0, 350.0), (6400.0, 450.0), (7500.0, 600.0))
 _NASAL_POLE = 270.0
 _PEAK = 0.6
+_LONG, _LONGER, _LONGEST = 30.0, 40.0, 50.0
+"""Seconds after which speech is cut in a pause, before a voiceless stop, and anywhere."""
+_PAUSE = 10.0  # seconds of silence at once
 
 
 class _Piece(NamedTuple):
@@ -51,20 +56,65 @@ def synthesise(alignment: Alignment, rate: int = 16000, seed: int = 0, f0: float
     if not 8000 <= rate <= 48000 or not 50 <= f0 <= 400:
         raise DnnvssError(f"cannot speak at {rate} samples a second and a pitch of {f0} Hz",
                           remedy="Give rate=8000 to 48000 and f0=50 to 400")
+    tiers = parts(alignment["phones"])
+    if len(tiers) == 1:
+        return _loud(_spoken(alignment, rate, np.random.default_rng(seed), f0)).astype(np.float32)
+    first, last = FrameClock(rate).edges(np.array([alignment.start, alignment.end]))
+    out = np.empty(int(last - first), np.float32)
+    for k, tier in enumerate(tiers):
+        start, end = FrameClock(rate).edges(np.array([tier.start, tier.end])) - first
+        out[start:end] = _spoken(Alignment([tier]), rate, np.random.default_rng([seed, k]), f0)
+    return _loud(out)
+
+
+def parts(phones: Tier) -> list[Tier]:
+    """A tier of phones in parts that are spoken one by one: an hour of speech takes the memory of half a minute.
+
+    They end in the middle of a pause where there is one, else where the closure of a voiceless stop begins, which is
+    silent too, else with any phone.
+    """
+    found, own = list[Tier](), list[tuple[float, float, str]]()
+    for start, end, label in _short_pauses(phones):
+        cut = (start + end) / 2 if label in SILENCES else start
+        quiet = label in SILENCES or (sound(label).kind in ("stop", "affricate") and not sound(label).voice)
+        length = start - own[0][0] if own else 0.0
+        if own and (length > _LONG if label in SILENCES else length > _LONGER if quiet else length > _LONGEST):
+            if cut > start:
+                own.append((start, cut, label))
+            found.append(Tier(phones.name, own))
+            own, start = [], cut
+        own.append((start, end, label))
+    return [*found, Tier(phones.name, own)] if found else [phones]
+
+
+def _short_pauses(phones: Tier) -> Iterator[tuple[float, float, str]]:
+    """The segments of a tier, pauses that last for long in several."""
+    for start, end, label in phones:
+        count = 1 if label not in SILENCES else int(np.ceil((end - start) / _PAUSE))
+        edges = np.linspace(start, end, count + 1).tolist()
+        yield from ((a, b, label) for a, b in pairwise([start, *edges[1:-1], end]))
+
+
+def _loud(spoken: np.ndarray) -> np.ndarray:
+    """The samples, changed in place, at their usual peak."""
+    spoken *= _PEAK / max(float(spoken.max(initial=0.0)), -float(spoken.min(initial=0.0)), 1e-9)
+    return spoken
+
+
+def _spoken(alignment: Alignment, rate: int, rng: np.random.Generator, f0: float) -> np.ndarray:
+    """Speech (n,) for an alignment, of any loudness."""
     edges = FrameClock(rate).edges(np.array([alignment.start, alignment.end]))
     count = int(edges[1] - edges[0])
     pieces = _pieces(alignment)
-    rng = np.random.default_rng(seed)
     if not pieces or not count:
-        return np.zeros(count, np.float32)
+        return np.zeros(count)
     times = alignment.start + (np.arange(count) + 0.5) / rate
     pulses, opening = _voice(_pitch(pieces, alignment, times, f0, rng), rate, rng)
     voicing, breath = _track(times, _voicing(pieces)), _track(times, _breath(pieces))
     source = pulses * voicing + rng.standard_normal(count) * breath * 0.25
     spoken = _filtered(source, pieces, alignment.start, rate, 1.14 if f0 > 160 else 1.0)
     spoken += _noise(pieces, times, voicing, opening, rate, rng)
-    spoken *= _PEAK / max(float(np.abs(spoken).max()), 1e-9)
-    return spoken.astype(np.float32)
+    return spoken
 
 
 def _pieces(alignment: Alignment) -> list[_Piece]:

@@ -1,12 +1,14 @@
 """The built-in voice: exact times, spectra where they belong, silence where there is silence."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import scipy.signal
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SPOKEN
-from dnnvss.speech.formant import synthesise
+from dnnvss.speech.formant import parts, synthesise
 from dnnvss.speech.formant_table import SOUNDS
 from dnnvss.timing import Alignment, Tier
 
@@ -89,3 +91,34 @@ def test_bad_input_is_named() -> None:
         synthesise(row(("XX", 0.1)))
     with pytest.raises(DnnvssError, match="pitch of 4"):
         synthesise(row(("AA", 0.1)), f0=4.0)
+
+
+def test_long_speech_is_spoken_in_parts_that_end_where_it_is_silent() -> None:
+    phones = ["sil", *["AA", "M", "T", "IY"] * 30, "sil"]
+    spans = [(0.2 * i, 0.2 * (i + 1), p) for i, p in enumerate(phones)]  # half a minute without a pause
+    spans += [(spans[-1][1], spans[-1][1] + 90.0, "sil")]
+    spans += [(spans[-1][1] + 0.2 * i, spans[-1][1] + 0.2 * (i + 1), p) for i, p in enumerate(["N", "AA"] * 200)]
+    tier = Tier("phones", spans)
+    found = parts(tier)
+    assert found[0].start == tier.start and found[-1].end == tier.end
+    assert all(a.end == b.start for a, b in pairwise(found))
+    assert max(part.end - part.start for part in found) <= 61
+    spoken = [s.label for part in found for s in part if s.label != "sil"]
+    assert spoken == [s.label for s in tier if s.label != "sil"]
+    assert [part.labels[-1] for part in found[:2]] == ["sil", "sil"]  # where there are pauses
+    short = Tier("phones", spans[:100])
+    assert parts(short) == [short]
+
+
+def test_parts_join_to_speech_that_is_as_long_and_as_loud_as_ever() -> None:
+    sentence = [(0.0, 0.3, "sil"), (0.3, 0.5, "N"), (0.5, 0.8, "AW"), (0.8, 1.0, "sil")]
+    spans = [(k + a, k + b, p) for k in range(70) for a, b, p in sentence]
+    tier = Tier("phones", spans)
+    assert len(parts(tier)) == 3
+    whole, one = synthesise(Alignment([tier]), 16000), synthesise(Alignment([Tier("phones", sentence)]), 16000)
+    assert len(whole) == 70 * 16000 and whole.dtype == np.float32
+    assert np.abs(whole).max() == pytest.approx(0.6, abs=1e-6)
+    loudness = np.sqrt((whole.reshape(70, 16000) ** 2).mean(axis=1))
+    assert (loudness > 0.4 * np.sqrt((one**2).mean())).all() and loudness.max() < 2 * loudness.min()
+    edges = [round(part.end * 16000) for part in parts(tier)[:-1]]
+    assert all(np.abs(whole[e - 20 : e + 20]).max() < 0.01 for e in edges)
