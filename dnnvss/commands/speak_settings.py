@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import setting
@@ -72,7 +73,8 @@ def numbered(settings: SpeakSettings, job: int | None) -> SpeakSettings:
     if job is None:
         return settings
     named = {name: getattr(settings, name) for name in ("out", *_OUTPUTS)}
-    return replace(settings, **{name: _with_number(Path(path), job + 1) for name, path in named.items() if path})
+    changed: dict[str, Any] = {name: _with_number(Path(path), job + 1) for name, path in named.items() if path}
+    return replace(settings, **changed)
 
 
 def _with_number(path: Path, number: int) -> str:

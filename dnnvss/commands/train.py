@@ -12,7 +12,7 @@ from dnnvss.commands.sweep import sweepable
 from dnnvss.commands.train_settings import COMMAND, run_settings
 from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
-from dnnvss.evaluation.choice import settled
+from dnnvss.evaluation.choice import Choice, settled
 from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
@@ -64,14 +64,15 @@ def _trained(settings: RunSettings, helper: bool) -> float:
     model = new_model(settings)
     folder = run_folder(settings, corpus.fingerprint)
     if helper:
-        return _fitted(settings, corpus, model, folder, helper)
+        return _fitted(settings, corpus, model, folder, choice)
     files.make_folder(folder.parent)
     with locked(folder, f"waiting for the command that trains {folder}"):
-        return _fitted(settings, corpus, model, folder, helper)
+        return _fitted(settings, corpus, model, folder, choice)
 
 
-def _fitted(settings: RunSettings, corpus: Corpus, model: VisualModel, folder: Path, helper: bool) -> float:
-    places = RunFiles(folder)
+def _fitted(settings: RunSettings, corpus: Corpus, model: VisualModel, folder: Path, choice: Choice | None) -> float:
+    """Fit, evaluate and keep a system; ``choice`` says why it was chosen, where it was not named."""
+    places, helper = RunFiles(folder), process_number() > 0
     if begin(folder, settings, corpus, first=not helper):
         return _told(places)
     if choice is not None:
