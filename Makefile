@@ -2,7 +2,9 @@
 # make test: environment, linter, type checker, order of imports, tests.  make slow: the long tests.
 # make extras: what finds landmarks in plain video, and what labels=voice needs (75 MB of weights).
 # make fuzz: some thousand damaged files, each to end in an answer or in an error of ours, and 10,000 in any legal dress.
-# make kills: every command killed at every move of a file, and run again.
+# make kills: every command killed at every move of a file and at any time, and run again.
+# make limits: every command with too little memory or too few open files, and again without the limit.
+# make pairs: pairs of different commands that use one place at once.
 # make audit: the pinned versions against known advisories.
 # make docs: the site with the API from the docstrings, in site/; a warning is an error.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
@@ -11,7 +13,7 @@ PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo test slow lint extras docs fuzz kills audit clean
+.PHONY: demo test slow lint extras docs fuzz kills limits pairs audit clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
@@ -44,6 +46,12 @@ fuzz: $(READY)
 # Every command killed at every move of a file, before and after it, and run again: about a quarter of an hour.
 kills: $(READY)
 	folder=$$(mktemp -d) && PYTHONPATH=. $(PY) tests/kills.py $$folder; status=$$?; rm -rf $$folder; exit $$status
+
+limits: $(READY)
+	folder=$$(mktemp -d) && PYTHONPATH=. $(PY) tests/limits.py $$folder; status=$$?; rm -rf $$folder; exit $$status
+
+pairs: $(READY)
+	folder=$$(mktemp -d) && PYTHONPATH=. $(PY) tests/pairs.py $$folder; status=$$?; rm -rf $$folder; exit $$status
 
 # The pinned versions against the advisories of PyPI; where these cannot be asked, it says so.
 audit: $(VENV)/audit-ready

@@ -61,12 +61,30 @@ def test_the_watcher_sees_what_it_must(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="trials are forks")
-@pytest.mark.parametrize("name", ["prepare", "speak", "export", "label"])
+@pytest.mark.parametrize("name", ["prepare", "recordings", "speak", "export", "label", "track"])
 def test_a_killed_command_is_repeated_and_leaves_nothing(
         name: str, folder: Path, played: dict[str, dict[str, Any]]) -> None:
     done = program(ROOT / "tests" / "kills.py", folder, "--only", name, "--few", 2)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"{name}: 4 kills so far, 0 ended badly" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="limits as Linux has them")
+@pytest.mark.parametrize("name", ["speak", "track", "label"])
+def test_a_command_with_too_little_of_something_says_so_and_succeeds_with_enough(
+        name: str, folder: Path, played: dict[str, dict[str, Any]]) -> None:
+    done = program(ROOT / "tests" / "limits.py", folder, "--only", name, "--few")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="commands are forks")
+@pytest.mark.parametrize("number", [4, 5])
+def test_two_trainings_of_one_run_end_with_the_files_of_one(
+        number: int, folder: Path, played: dict[str, dict[str, Any]]) -> None:
+    done = program(ROOT / "tests" / "pairs.py", folder, "--only", number, "--times", 1)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.slow
