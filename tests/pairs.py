@@ -57,7 +57,7 @@ PAIRS = (
     Pair("a run is trained anew while it speaks into its own folder",
          lambda h: (_train(h, f"run={h}/runs/a", "overwrite=true"), _speak(h, "runs/a", "runs/a/said.mp4"))),
     Pair("a run is exported over a bundle that speaks",
-         lambda h: (("export", h / "runs/a", "--out", h / "runs/bundle", "--network", "pt"),
+         lambda h: (("export", h / "runs/a", "--out", h / "runs/bundle", "--network", "npz"),
                     _speak(h, "runs/a", "runs/bundle/said.mp4"))),
     Pair("two trainings of one run",
          lambda h: (_train(h, f"run={h}/runs/b"), _train(h, f"run={h}/runs/b"))),
