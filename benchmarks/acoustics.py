@@ -36,7 +36,7 @@ SECONDS, PIECE = 3, 320
 CLOCK = FrameClock(100)
 SOUND = Sound(np.random.default_rng(0).normal(0, 0.05, SECONDS * RATE).astype(np.float32), RATE)
 ANALYSES: tuple[type[Analysis], ...] = (LogMel, Mfcc, Lpc, Lsf, Formants, Energy, Voicing)
-FORMS = (Encoder(causal=True), Encoder(causal=True, window=50), Encoder(causal=True, window=50, hop=5, ahead=5))
+FORMS = (Encoder(causal=True), Encoder(causal=True, hop=4, ahead=6), Encoder(causal=True, window=100, hop=4, ahead=6))
 
 
 def share(work: Callable[[], object]) -> str:

@@ -46,9 +46,9 @@ class Encoder:
     """
 
     causal: bool = setting(False, doc="whether only little behind a moment is heard")
-    window: int = setting(100, least=20, most=_MOST, doc="outputs of 20 ms that are heard at a time")
-    hop: int = setting(4, least=1, most=100, doc="outputs that are made at a time")
-    ahead: int = setting(6, least=1, most=100, doc="outputs behind the last of them that are heard")
+    window: int = setting(50, least=20, most=_MOST, doc="outputs of 20 ms that are heard at a time")
+    hop: int = setting(5, least=1, most=100, doc="outputs that are made at a time")
+    ahead: int = setting(5, least=1, most=100, doc="outputs behind the last of them that are heard")
 
     def __post_init__(self) -> None:
         check_settings(self, "labels.encoder")
