@@ -34,7 +34,7 @@ def trajectory_figure(example: Example, predict: Callable[[Example], Prediction]
     figure = Figure(figsize=(9 if face is None else 14, 1.6 * rows), layout="constrained")
     curves: Any = figure
     if face is not None:
-        curves, place = np.ravel(figure.subfigures(1, 2, width_ratios=(9, 5)))
+        curves, place = figure.subfigures(1, 2, width_ratios=(9, 5), squeeze=False)[0]
         _draw_faces(place, face, targets[:, 0], predicted, moments_of(targets[:, 0, 0], valid))
     axes = curves.subplots(rows, 1, sharex=True, squeeze=False)
     for d, axis in enumerate(axes[:, 0]):

@@ -109,7 +109,7 @@ def test_other_settings_are_left_to_hydra() -> None:
     ("compare x --frist 3", "--frist is no option of dnnvss compare. Did you mean --first?"),
     ("compare x out=y", "out=y is no option of dnnvss compare. Did you mean --out y?"),
     ("compare x --first 0", "--first=0 is out of range: 1 or more"),
-    ("figure x --coefficient five", "--coefficient=five is no whole number"),
+    ("figure x --coeficient 5", "--coeficient is no option of dnnvss figure. Did you mean --coefficient?"),
     ("features --rate fast", "--rate=fast"),
     ("export x --network tf", "--network: 'tf' is unknown"),
     ("label chose x", "COMMAND: 'chose' is unknown; there are 'choose'"),
