@@ -9,7 +9,7 @@ from dnnvss.face.aam.mesh import signed_areas
 from dnnvss.face.lips import lip_pairs, parted
 
 _SKIN = 0.05
-"""Share of its area in the mean shape that a triangle of the skin keeps; 0.41 is the least of 60,000 frames of GRID."""
+"""Share of its area in the mean shape that a triangle of the skin keeps; 0.41 is the least of 11,000 frames of GRID."""
 _STEPS = 12
 """Halvings of the way to the mean: it is found to 1/4,000."""
 

@@ -24,7 +24,7 @@ _FULL = 4
 _SAME = np.array([1.0, 0.0, 0.0, 0.0])
 STEADY = 6.0
 """Grey levels (RMS over the skin) by which a frame may differ from its clip before that is light: the shades of moving
-jaws and cheeks come to 5 on GRID (24 of 25 validation clips; the other has a flash)."""
+jaws and cheeks come to 5 on GRID (24 of 25 validation clips; the other comes to 36)."""
 
 
 @dataclass(frozen=True)
