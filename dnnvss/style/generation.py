@@ -116,17 +116,26 @@ def generate(
     reach = talker.reach.widened(style.widest) if style.within and talker.reach else None
     if reach:
         x = reach.limited(x)
-    held = [] if constraints is None else [constraints]
+    held = []
     own = Constraints.none(columns) if constraints is None else constraints
     for name, rule in LIP_RULES.items():
         if getattr(style, name) and name not in unknown:
             phones = rule.rule(talker.levels[rule.gauge])
             held.append(phones.constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
-    if not held:
-        return x
-    found = constrain(x, variance, Constraints.joined(held), windows)
-    soft = reach.constraints(found) if reach else []
-    return constrain(x, variance, Constraints.joined([*held, *soft]), windows) if soft else found
+
+    def solved(rows: list[Constraints]) -> np.ndarray:
+        return constrain(x, variance, Constraints.joined(rows), windows) if rows else x
+
+    without = solved(held)
+    if reach and held and (soft := reach.constraints(without)):
+        held += soft
+        without = solved(held)
+    if constraints is None:
+        return without
+    found = solved([constraints, *held])
+    # What the caller's constraints push beyond the range; what they leave as it was needs nothing more.
+    soft = reach.constraints(found, without) if reach else []
+    return solved([constraints, *held, *soft]) if soft else found
 
 
 def speech_weight(tier: Tier, clock: FrameClock, frames: int, ramp: float = RAMP) -> np.ndarray:

@@ -10,6 +10,7 @@ from dnnvss.face.base import Gauge
 
 OVER = 0.05
 """Share of a range by which movement may pass its ends, in the limit: within it the bend is smooth."""
+_SAME = 0.01  # share of OVER of a range by which two trajectories may differ and pass it alike
 _ROUNDS = 3
 """Between coefficients and gauges; each spoils a little of the other."""
 
@@ -57,18 +58,28 @@ class Reach:
                 bent = bent + (_bent(value, low, high) - value)[:, None] * step
         return bent.astype(x.dtype)
 
-    def constraints(self, x: np.ndarray) -> list[Constraints]:
-        """Soft constraints for the frames of a trajectory (T, D) that pass a range by more than :data:`OVER` of it."""
+    def constraints(self, x: np.ndarray, beside: np.ndarray | None = None) -> list[Constraints]:
+        """Soft constraints for the frames of a trajectory (T, D) that pass a range by more than :data:`OVER` of it.
+
+        Args:
+            x: the trajectory.
+            beside: another (T, D): frames that pass the range no further than it does are left alone.
+        """
         over = OVER * (self.high - self.low)
         found = []
-        far = (x > self.high + over) | (x < self.low - over)
+        far = _past(x, self.low, self.high, over)
+        if beside is not None:
+            far &= _excess(x, self.low, self.high) > _excess(beside, self.low, self.high) + _SAME * over
         for d in np.flatnonzero(far.any(axis=0) & (over > 0)):
             found.append(hold(np.flatnonzero(far[:, d]), np.eye(len(over))[d], low=self.low[d], high=self.high[d],
                               softness=over[d] / 2, label=f"range of coefficient {d + 1}"))
         for name, (low, high) in self.spans.items():
             gauge, margin = self.gauges[name], OVER * (high - low)
             value = gauge(x)
-            frames = np.flatnonzero((value > high + margin) | (value < low - margin))
+            out = _past(value, low, high, margin)
+            if beside is not None:
+                out &= _excess(value, low, high) > _excess(gauge(beside), low, high) + _SAME * margin
+            frames = np.flatnonzero(out)
             if len(frames) and margin > 0:
                 found.append(hold(frames, gauge.vector, gauge.constant, low=low, high=high, softness=margin / 2,
                                   label=f"range of {name}"))
@@ -102,6 +113,17 @@ def reach_of(trajectories: Sequence[np.ndarray], gauges: Mapping[str, Gauge]) ->
         values = [gauge(x) for x in trajectories if len(x)]
         spans[name] = (float(min(v.min() for v in values)), float(max(v.max() for v in values)))
     return Reach(np.asarray(low, float), np.asarray(high, float), dict(gauges), spans)
+
+
+def _excess(values: np.ndarray, low: np.ndarray | float, high: np.ndarray | float) -> np.ndarray:
+    """By how much values lie outside a range; 0 inside."""
+    return np.maximum(np.maximum(values - high, low - values), 0)
+
+
+def _past(values: np.ndarray, low: np.ndarray | float, high: np.ndarray | float, margin: np.ndarray | float
+          ) -> np.ndarray:
+    """Whether values lie outside a range by more than a margin."""
+    return np.asarray(_excess(values, low, high) > margin)
 
 
 def _wider(low: np.ndarray, high: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray]:

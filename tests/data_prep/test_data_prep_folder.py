@@ -65,7 +65,7 @@ def test_landmarks_that_no_video_has_are_found_in_the_pictures(raw: Path, tmp_pa
     for u in corpus.utterances.values():
         points, valid = corpus.landmarks(u)
         lips = points[valid][:, first:end].mean(axis=1)
-        assert points.shape[1] == 146 and valid.mean() > 0.9 and np.abs(lips[:, 0] - 40).max() < 4
+        assert points.shape[1] == 146 and valid.mean() > 0.75 and np.abs(lips[:, 0] - 40).max() < 4
 
 
 def test_the_points_of_a_whole_mesh_are_known_by_their_number(raw: Path, tmp_path: Path) -> None:

@@ -45,16 +45,20 @@ def test_default_set_has_34_points_in_the_groups_of_a_face_mesh() -> None:
 
 def test_grid_uses_the_default_and_the_other_layouts_fit_their_corpora() -> None:
     assert AAMConfig.from_dict(_yaml("grid")) == AAMConfig()
-    assert len(AAMConfig.from_dict(_yaml("folder")).points.layout(LAYOUT_68).rows) == 36
+    assert len(AAMConfig.from_dict(_yaml("folder")).points.fitted(LAYOUT_68).layout(LAYOUT_68).rows) == 36
     assert len(AAMConfig.from_dict(_yaml("demo")).points.layout(LANDMARK_GROUPS).rows) == 56
 
 
 def test_each_labelling_scheme_has_settings_that_fit_it_and_others_refuse_it() -> None:
     fitting = {"lips_jaw_nostrils": ("labelled", 34), "ibug68": ("folder", 36), "face100": ("face100", 100)}
     for scheme, (name, points) in fitting.items():
-        assert len(AAMConfig.from_dict(_yaml(name)).points.layout(SCHEMES[scheme].groups).rows) == points
-    with pytest.raises(DnnvssError, match=r"meant for 17 points of 'face_oval', and the corpus has 23.*aam=face100"):
-        AAMConfig.from_dict(_yaml("folder")).points.layout(SCHEMES["face100"].groups)
+        groups = SCHEMES[scheme].groups
+        assert len(AAMConfig.from_dict(_yaml(name)).points.fitted(groups).layout(groups).rows) == points
+    labelled = SCHEMES["lips_jaw_nostrils"].groups
+    chosen = PointSet.from_setting("auto", "aam.points").fitted(labelled)
+    assert chosen == AAMConfig.from_dict(_yaml("labelled")).points and len(chosen.layout(labelled).rows) == 34
+    with pytest.raises(DnnvssError, match=r"none of the known point sets fits.*face_oval \(23\).*aam=face100"):
+        PointSet.from_setting("auto", "aam.points").fitted(SCHEMES["face100"].groups)
 
 
 @pytest.mark.parametrize(("change", "message"), [

@@ -41,7 +41,7 @@ def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(demo, home / "demo")
     heard = ["labels=mel", "labels.blocks=[logmel]", "model=recurrent", "model.network.width=16"]
     for name, given in (("heard", heard),
-                        ("phones", ["labels=ph_a", "model.network.hidden=[16]"])):
+                        ("phones", ["labels=ph_a", "model=feedforward", "model.network.hidden=[16]"])):
         command(home, "train", f"corpus.out={home}/demo", f"run={home}/runs/{name}", f"runs={home}/runs", *given, *FAST)
     corpus = Corpus.open(home / "demo")
     sound = corpus.sound(corpus.utterances[corpus.split("test")[0].id])
