@@ -77,7 +77,12 @@ class EncodedCorpus:
         """
         if utterance in self.dropped:
             raise DnnvssError(f"was not encoded: {self.dropped[utterance]}", utterance=utterance)
-        return face_kind(self.kind).load_code(self.folder / CODES / f"{utterance}.npz")
+        path = self.folder / CODES / f"{utterance}.npz"
+        code = face_kind(self.kind).load_code(path)
+        if code.parameters.shape[1] != len(self.face.names):
+            raise DnnvssError(f"holds {code.parameters.shape[1]} parameters, and the face has {len(self.face.names)}",
+                              file=path, remedy=f"Delete {self.folder} and run the command again")
+        return code
 
     def tracked(self, corpus: Corpus, utterance: str) -> np.ndarray | None:
         """The tracked points (F, P, 2 or 3) of an utterance in the face's frame; None where it has no landmarks.
@@ -89,7 +94,12 @@ class EncodedCorpus:
         if record.landmarks is None:
             return None
         code = self.clip(utterance)
-        points = face_kind(self.kind).stabilise(self.face, corpus.landmarks(record)[0], code)
+        try:
+            points = face_kind(self.kind).stabilise(self.face, corpus.landmarks(record)[0], code)
+        except ValueError as error:
+            raise DnnvssError(f"does not fit the face beside it ({error})", utterance=utterance,
+                              file=self.folder / CODES / f"{utterance}.npz",
+                              remedy=f"Delete {self.folder} and run the command again") from error
         measured = code.valid.copy()
         for frames in code.outliers.values():
             measured[list(frames)] = False

@@ -15,6 +15,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.media.containers import opened
 from dnnvss.media.decoding import Look, decoded, look_of, main_stream
 from dnnvss.media.hearing import mono
+from dnnvss.shortages import shortage_of
 
 SPEECH_RATE = 16000
 """Samples a second at which speech is analysed: prepared corpora, alignment, acoustics."""
@@ -117,6 +118,8 @@ def timed_frames(path: str | Path, size: tuple[int, int] | None = None,
                 width, height = look.shown_size(*size) if size else (None, None)
                 yield time, look.upright(frame.to_ndarray(format=form, width=width, height=height))
         except av.FFmpegError as error:
+            if (short := shortage_of(error, path)) is not None:
+                raise short from error
             raise DnnvssError(f"breaks off after {count} frames ({error})", file=path, remedy=_REMEDY) from error
         if not count:
             raise DnnvssError("holds no frame", file=path, remedy=_REMEDY)

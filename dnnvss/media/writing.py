@@ -9,8 +9,9 @@ import av
 import numpy as np
 
 from dnnvss import files
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.media.reading import SOUND_RATE, SPEECH_RATE
+from dnnvss.shortages import MEMORY
 from dnnvss.timing import FrameClock
 
 _AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
@@ -59,6 +60,10 @@ def write_video(
             sound = _Sound(container, audio, audio_rate) if audio is not None and len(audio) else None
             _write(container, picture, sound, _same_size(path, first, source), clock)
             container.close()
+        except av.error.ExternalError as error:  # of frames that are ours: what an encoder lacks is memory
+            _abandon(container)
+            raise ShortageError(f"the system is short of what the work needs: the encoder gave up ({error})",
+                                file=path, remedy=MEMORY) from error
         except BaseException:
             _abandon(container)
             raise

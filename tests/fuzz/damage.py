@@ -1,5 +1,6 @@
 """Ways to damage a file: as bytes, as lines, as values of JSON, as arrays of an archive."""
 
+import copy
 import io
 import json
 import random
@@ -176,10 +177,15 @@ def _json_line(data: bytes, rng: random.Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _odd(rng: random.Random) -> Any:
+    """One of the values, its own copy: what takes it may change it."""
+    return copy.deepcopy(rng.choice(VALUES))
+
+
 def _changed(value: Any, rng: random.Random, depth: int = 0) -> Any:
     """Plain containers in which one value is another, absent, or there under another name."""
     if not isinstance(value, list | dict) or not value or rng.random() < 0.15 + 0.05 * depth:
-        return rng.choice(VALUES)
+        return _odd(rng)
     keys = list(value) if isinstance(value, dict) else list(range(len(value)))
     key = rng.choice(keys)
     made = dict(value) if isinstance(value, dict) else list(value)
@@ -187,7 +193,7 @@ def _changed(value: Any, rng: random.Random, depth: int = 0) -> Any:
     if what < 0.12:
         del made[key]
     elif what < 0.2 and isinstance(made, dict):
-        made[rng.choice(("extra", "", "__class__", "_target_"))] = rng.choice(VALUES)
+        made[rng.choice(("extra", "", "__class__", "_target_"))] = _odd(rng)
     elif what < 0.3 and isinstance(made, list):
         made.insert(key, made[key])
     else:

@@ -59,6 +59,7 @@ KINDS = (
     "config",
     "run json",
     "model",
+    "model as arrays",
     "metrics",
     "reference",
     "speech",
