@@ -86,7 +86,7 @@ def bundled(place: Place) -> tuple[object, ...]:
 
 def export(place: Place) -> tuple[object, ...]:
     """The command that exports the run."""
-    return ("export", place.run, "--out", place.home / "out", "--network", "pt")
+    return ("export", place.run, "--out", place.home / "out", "--network", "npz")
 
 
 def compare(place: Place) -> tuple[object, ...]:
