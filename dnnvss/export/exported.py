@@ -77,7 +77,7 @@ class ExportedModel(VisualModel):
     def stream(self) -> PredictionStream:
         """Refuse: the graph takes whole utterances."""
         raise DnnvssError("a network in ONNX takes whole utterances, so it cannot speak as the sound comes",
-                          remedy="Take the run, or a bundle that keeps its weights: dnnvss export RUN --network pt")
+                          remedy="Take the run, or a bundle that keeps its weights: dnnvss export RUN --network npz")
 
     def state(self) -> dict[str, Any]:
         """Refuse: the state is the file."""

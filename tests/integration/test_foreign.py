@@ -130,7 +130,7 @@ for k, text in enumerate(texts):
 for k in range(5):
     children = [begin(speak(text, where / f"speak{k}"), where / "log") for text in texts]
     children += [begin(("export", run, "--out", where / f"bundle{k}", "--network", kind), where / "log")
-                 for kind in ("pt", "onnx")]
+                 for kind in ("npz", "onnx")]
     ends = [os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in children]
     if any(ends):
         sys.exit((where / "log").read_text())
