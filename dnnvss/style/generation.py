@@ -1,6 +1,6 @@
 """From a prediction to the trajectory that is shown: the steps of this room in their order, by settings."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.settings import check_settings, setting
 from dnnvss.style.rules import rest_in_silence, silent_frames
 from dnnvss.style.talker import LIP_RULES, RAMP, Talker
+from dnnvss.style.within import Reach
 from dnnvss.timing import FrameClock, Tier
 
 
@@ -122,20 +123,24 @@ def generate(
         if getattr(style, name) and name not in unknown:
             phones = rule.rule(talker.levels[rule.gauge])
             held.append(phones.constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
+    return _held(x, held, constraints, reach, lambda rows: constrain(x, variance, Constraints.joined(rows), windows))
 
-    def solved(rows: list[Constraints]) -> np.ndarray:
-        return constrain(x, variance, Constraints.joined(rows), windows) if rows else x
 
-    without = solved(held)
-    if reach and held and (soft := reach.constraints(without)):
-        held += soft
-        without = solved(held)
-    if constraints is None:
+def _held(x: np.ndarray, rules: list[Constraints], wanted: Constraints | None, reach: Reach | None,
+          solve: Callable[[list[Constraints]], np.ndarray]) -> np.ndarray:
+    """The trajectory ``x`` (T, D) where rules and what a caller wants hold, a range softly where they would pass it.
+
+    What the caller wants and the rules alone would give changes nothing.
+    """
+    without = solve(rules) if rules else x
+    if reach and rules and (soft := reach.constraints(without)):
+        rules = [*rules, *soft]
+        without = solve(rules)
+    if wanted is None:
         return without
-    found = solved([constraints, *held])
-    # What the caller's constraints push beyond the range; what they leave as it was needs nothing more.
+    found = solve([wanted, *rules])
     soft = reach.constraints(found, without) if reach else []
-    return solved([constraints, *held, *soft]) if soft else found
+    return solve([wanted, *rules, *soft]) if soft else found
 
 
 def speech_weight(tier: Tier, clock: FrameClock, frames: int, ramp: float = RAMP) -> np.ndarray:
