@@ -13,6 +13,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.kinds import face_kind
 from dnnvss.formats import write_alignment
 from dnnvss.media import SPEECH_RATE, write_video, write_wav
+from dnnvss.shortages import shortage_of
 from dnnvss.synthesis.speak import Spoken
 
 SOUND = ".wav"
@@ -72,6 +73,8 @@ def _tried(path: Path, step: Callable[[], Any]) -> DnnvssError | None:
     except DnnvssError as error:
         return error
     except Exception as error:  # of a library that draws or encodes: the video is worth more than its kind
+        if (short := shortage_of(error, path)) is not None:
+            return short
         return DnnvssError(f"could not be written ({type(error).__name__}: {error})", file=path,
                            remedy="Report it with this message")
     return None
