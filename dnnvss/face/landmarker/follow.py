@@ -124,9 +124,8 @@ def talker(tracks: list[Track], frames: int, loudness: np.ndarray | None, rate: 
 def _with_sound(track: Track, frames: int, loudness: np.ndarray, rate: float) -> float:
     """Correlation between how open the lips are and how loud it is, each about its mean over a syllable or two.
 
-    The square root of the loudness was the best of five forms, tried on pairs of talkers of whom one is heard: the
-    right one in .85 of clips of 3 s and in all of 12 s; the speed of the lips without that mean had .56 and .58. Zero
-    where lips or sound do not change.
+    The square root of the loudness was the best of five forms; ``benchmarks/who_talks.py`` says how often it is right.
+    Zero where lips or sound do not change.
     """
     known = np.array(sorted(track.opening))
     opening = np.interp(np.arange(frames), known, [track.opening[k] for k in known])
