@@ -1,6 +1,8 @@
-"""Readers and writers of the files that other tools use: alignments and facial landmarks. Knows nothing of models."""
+"""Files that other tools use: alignments, landmarks, markers and curves, in and out. Knows nothing of models."""
 
 from dnnvss.formats.alignments import read_alignment, spanning, write_alignment
+from dnnvss.formats.c3d import read_c3d
+from dnnvss.formats.curves import Curves, read_curves, write_curves
 from dnnvss.formats.grid import read_grid_align, write_grid_align
 from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
 from dnnvss.formats.landmarks import (
@@ -15,22 +17,30 @@ from dnnvss.formats.landmarks import (
     write_npz,
     write_pts,
 )
+from dnnvss.formats.markers import marker_columns, read_markers, read_trc, write_trc
 from dnnvss.formats.openface import Landmarks, read_openface, write_openface
 from dnnvss.formats.stamps import check_times, common_rate, stamped
 from dnnvss.formats.textgrid import read_textgrid, write_textgrid
+from dnnvss.formats.tracked import Markers
 from dnnvss.formats.words import read_words_csv, write_words_csv
 
 __all__ = [
     "LAYOUT_68",
     "MESHES",
+    "Curves",
     "Landmarks",
+    "Markers",
     "Marks",
     "check_times",
     "common_rate",
+    "marker_columns",
     "read_alignment",
+    "read_c3d",
+    "read_curves",
     "read_grid_align",
     "read_lab",
     "read_landmarks",
+    "read_markers",
     "read_marks",
     "read_mlf",
     "read_npz",
@@ -38,10 +48,12 @@ __all__ = [
     "read_pts",
     "read_pts_sequence",
     "read_textgrid",
+    "read_trc",
     "read_words_csv",
     "spanning",
     "stamped",
     "write_alignment",
+    "write_curves",
     "write_grid_align",
     "write_lab",
     "write_mlf",
@@ -49,5 +61,6 @@ __all__ = [
     "write_openface",
     "write_pts",
     "write_textgrid",
+    "write_trc",
     "write_words_csv",
 ]

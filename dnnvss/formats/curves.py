@@ -1,0 +1,210 @@
+"""Named curves of a rig: the CSV of Live Link Face, and any CSV with a column for each curve."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.formats.numbers import NO_NUMBER, whole
+from dnnvss.formats.rows import Rows, table_rows
+
+_CSV = (
+    "Give the CSV that Live Link Face writes (Timecode, BlendShapeCount, a column for each curve), or one with a "
+    "name over each column and, where known, a column time in seconds or frame"
+)
+MOST_BYTES = 400_000_000
+"""Of a text file of curves or markers: an hour at 240 frames a second."""
+_TIMECODE, _COUNT = "timecode", "blendshapecount"
+_TIMES, _FRAMES = ("time", "times", "timestamp", "seconds"), ("frame", "frames")
+_BASES = (24, 25, 30, 48, 50, 60, 100, 120, 240)
+"""Frames a second that time codes count in."""
+_DAY = 86_400
+_CODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})[:;](\d{1,4}(?:\.\d{1,9})?)", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Curves of a rig over time.
+
+    Args:
+        names: of the curves, as the file has them.
+        values: (F, C) float64; NaN where the file holds no number.
+        times: (F,) seconds of the time stamps, rising; None where the file has none.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    times: np.ndarray | None = None
+
+
+def read_curves(path: str | Path) -> Curves:
+    """The curves in a CSV: Live Link Face's, known by its column ``Timecode``, or one with a name over each column.
+
+    A column ``BlendShapeCount`` is left out; so are ``time`` (or timestamp, seconds), which gives the time stamps, and
+    ``frame``. Numbers and separators may be those of any country (:func:`dnnvss.formats.rows.table_rows`). Time codes
+    ``h:m:s:frame`` count frames in the least usual rate above the largest frame number; midnight may be passed.
+
+    Raises:
+        DnnvssError: unreadable, a name that comes twice, no curve, a row of another length, a value that is no number,
+            or times that do not rise; names the line.
+    """
+    path = Path(path)
+    lines, number = read_table(path)
+    names = [name or f"column {i + 1}" for i, name in enumerate(lines[0][1])]
+    low = [name.lower().replace(" ", "") for name in names]
+    stamp = next((i for i, name in enumerate(low) if name == _TIMECODE or name in _TIMES), None)
+    aside = {i for i, name in enumerate(low) if name in (_COUNT, *_FRAMES)} | ({stamp} - {None})
+    kept = [i for i in range(len(names)) if i not in aside]
+    check_names(path, [names[i] for i in kept])
+    rows = [checked_row(path, line, row, len(names)) for line, row in lines[1:]]
+    places = [line for line, _ in lines[1:]]
+    values = np.array(
+        [
+            [cell(path, at, names[i], row[i], number) for i in kept]
+            for at, row in zip(places, rows, strict=True)
+        ]
+    )
+    times = (
+        None
+        if stamp is None
+        else _times(path, places, [row[stamp] for row in rows], low[stamp], number)
+    )
+    return Curves(tuple(names[i] for i in kept), values, times)
+
+
+def write_curves(path: str | Path, curves: Curves) -> Path:
+    """Write curves as a CSV with a column ``time`` (where known) before theirs, ten digits a number; return the path.
+
+    Raises:
+        DnnvssError: a name holds a comma, a quotation mark or a line break.
+    """
+    if bad := [n for n in curves.names if re.search(r'[,"\n\r]', n)]:
+        raise DnnvssError(
+            f"the curve {bad[0]!r} cannot be the name of a column", remedy="Rename it"
+        )
+    stamped = curves.times is not None
+    table = (
+        curves.values if curves.times is None else np.column_stack([curves.times, curves.values])
+    )
+    lines = [",".join([*(["time"] if stamped else []), *curves.names])]
+    lines += [",".join("" if np.isnan(v) else f"{v:.10g}" for v in row) for row in table]
+    return files.write_text(path, "\n".join(lines) + "\n")
+
+
+def read_table(path: Path) -> tuple[Rows, Callable[[str], float]]:
+    """The rows of a text file with a head and a frame at least, and what reads a number of it.
+
+    Raises:
+        DnnvssError: unreadable, larger than :data:`MOST_BYTES`, or without a frame.
+    """
+    text = bounded_text(path, _CSV)
+    lines, number = files.read(path, lambda _: table_rows(text), _CSV)
+    if len(lines) < 2:
+        raise DnnvssError("holds no frame", file=path, remedy=_CSV)
+    return lines, number
+
+
+def bounded_text(path: Path, remedy: str) -> str:
+    """The text of a file of no more than :data:`MOST_BYTES`.
+
+    Raises:
+        DnnvssError: unreadable, or larger.
+    """
+    if path.is_file() and path.stat().st_size > MOST_BYTES:
+        raise DnnvssError(
+            f"has {path.stat().st_size / 1e6:,.0f} MB, and {MOST_BYTES / 1e6:,.0f} MB are an hour at 240 "
+            "frames a second",
+            file=path,
+            remedy="Cut it into takes",
+        )
+    return files.read_text(path, remedy)
+
+
+def check_names(path: Path, names: Sequence[str]) -> None:
+    """Refuse a table without a named column, or with one that comes twice."""
+    if not names:
+        raise DnnvssError("has no column of values", file=path, remedy=_CSV)
+    if double := next((name for i, name in enumerate(names) if name in names[:i]), None):
+        raise DnnvssError(f"has two columns {double!r}", file=path, remedy=_CSV)
+
+
+def checked_row(path: Path, line: int, row: list[str], width: int) -> list[str]:
+    """A row of so many cells, without empty ones behind them.
+
+    Raises:
+        DnnvssError: it has more or fewer; names the line.
+    """
+    while len(row) > width and not row[-1]:
+        row = row[:-1]
+    if len(row) != width:
+        raise DnnvssError(f"line {line}: {len(row)} columns of {width}", file=path, remedy=_CSV)
+    return row
+
+
+def cell(path: Path, line: int, name: str, text: str, number: Callable[[str], float]) -> float:
+    """The number in a cell; NaN where a tool writes that there is none.
+
+    Raises:
+        DnnvssError: it is other text; names the line and the column.
+    """
+    if NO_NUMBER.fullmatch(text):
+        return float("nan")
+    try:
+        return number(text)
+    except ValueError as error:
+        raise DnnvssError(
+            f"line {line}: {name} is {text[:80]!r}, which is not a number", file=path, remedy=_CSV
+        ) from error
+
+
+def _times(
+    path: Path,
+    places: Sequence[int],
+    texts: Sequence[str],
+    kind: str,
+    number: Callable[[str], float],
+) -> np.ndarray:
+    """The seconds (F,) of time stamps or time codes, rising."""
+    if kind == _TIMECODE:
+        times = _seconds(path, places, texts)
+    else:
+        times = np.array(
+            [cell(path, at, kind, text, number) for at, text in zip(places, texts, strict=True)]
+        )
+    times = times + _DAY * np.concatenate([[0], np.cumsum(np.diff(times) < -_DAY / 2)])
+    wrong = np.flatnonzero(~(np.diff(times, prepend=-np.inf) > 0))
+    if len(wrong):
+        raise DnnvssError(
+            f"line {places[wrong[0]]}: the time {texts[wrong[0]][:40]!r} does not come after the one "
+            "before it",
+            file=path,
+            remedy=_CSV,
+        )
+    return np.asarray(times)
+
+
+def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> np.ndarray:
+    """The seconds (F,) since midnight of time codes ``h:m:s:frame``."""
+    found = [_CODE.fullmatch(text) for text in texts]
+    for at, text, match in zip(places, texts, found, strict=True):
+        if match is None:
+            raise DnnvssError(
+                f"line {at}: {text[:40]!r} is no time code hours:minutes:seconds:frame",
+                file=path,
+                remedy=_CSV,
+            )
+    parts = np.array(
+        [[float(whole(m[1])), float(m[2]), float(m[3]), float(m[4])] for m in found if m]
+    )
+    base = next((b for b in _BASES if b > parts[:, 3].max()), None)
+    if base is None:
+        raise DnnvssError(
+            f"has the frame {parts[:, 3].max():g} in its time code, more than {_BASES[-1]} a second",
+            file=path,
+            remedy=_CSV,
+        )
+    return parts @ np.array([3600.0, 60.0, 1.0, 1 / base])
