@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from data_prep.report import Outcome
+from data_prep.report import Outcome, write_report
 from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo, checkup
 from dnnvss.errors import DnnvssError
@@ -128,3 +128,14 @@ class Preparation:
             if "dropped" in result:
                 self.drop(name, result["dropped"])
         return {name: result for name, result in results.items() if "dropped" not in result}
+
+    def nothing_left(self) -> NoReturn:
+        """Write the report and say why no recording can be used.
+
+        Raises:
+            DnnvssError: always.
+        """
+        report = write_report(self.shop.out, self.outcomes.values())
+        name, outcome = next(iter(self.outcomes.items()))
+        raise DnnvssError(f"none of the {len(self.outcomes)} utterances can be used; the first one, {name}: "
+                          f"{'; '.join(outcome.reasons)}", file=report, remedy="See the report for the others")

@@ -150,8 +150,8 @@ def test_other_text_than_was_said_is_dropped(raw, tmp_path):
 def test_a_second_run_does_no_work_and_gives_the_same_corpus(recorded, tmp_path, monkeypatch):
     out = prepare_grid(recorded, tmp_path / "out", jobs=1)
     first = Corpus.open(out).fingerprint
-    for work in ("media", "read_raw", "heard", "write_clean"):
-        monkeypatch.setattr(f"data_prep.pipeline.{work}", None)
+    for work in ("recordings.media", "checks.read_raw", "alignments.heard", "checks.write_clean"):
+        monkeypatch.setattr(f"data_prep.{work}", None)
     assert Corpus.open(prepare_grid(recorded, tmp_path / "out", jobs=1)).fingerprint == first
 
 
