@@ -4,14 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dnnvss.acoustics.analysis import Analysis
-from dnnvss.acoustics.mel import emphasised
-from dnnvss.acoustics.prediction import autocorrelation, levinson
-from dnnvss.settings import check_settings, setting
+from dnnvss.acoustics.prediction import LinearPrediction
+from dnnvss.settings import setting
 
 
 @dataclass(frozen=True)
-class Lsf(Analysis):
+class Lsf(LinearPrediction):
     """Line spectral frequencies, in rising order between 0 and pi.
 
     The angles at which ``P(z) = A(z) + z^-(p+1) A(1/z)`` and ``Q(z) = A(z) - z^-(p+1) A(1/z)`` are
@@ -19,29 +17,13 @@ class Lsf(Analysis):
     many as the order of the filter.
 
     **Source**: Itakura 1975; Theobald 2007, section 4.1 (15 of them).
-
-    Args:
-        order: how many (p).
-        window: milliseconds of sound that a frame looks at.
-        emphasis: how far high frequencies are raised: ``x_t - emphasis x_(t-1)``.
-        causal: whether the window ends with its frame.
-
-    Raises:
-        DnnvssError: a setting out of range.
     """
 
     order: int = setting(15, least=1, most=40, doc="frequencies")
-    window: float = setting(40.0, least=8, most=500, doc="milliseconds of sound that a frame looks at")
-    emphasis: float = setting(0.97, least=0, below=1, doc="how far high frequencies are raised")
-    causal: bool = setting(False, doc="whether the window ends with its frame")
 
     name = "lsf"
     unit = "radians a sample"
     spread = 0.1
-    paper = "Theobald 2007, section 4.1"
-
-    def __post_init__(self) -> None:
-        check_settings(self, "labels.lsf")
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -55,7 +37,7 @@ class Lsf(Analysis):
 
     def rows(self, pieces: np.ndarray) -> np.ndarray:
         """Frequencies (n, p) of windows (n, N)."""
-        return line_spectrum(levinson(autocorrelation(emphasised(pieces, self.emphasis), self.order)))
+        return line_spectrum(self.filters(pieces))
 
 
 def line_spectrum(filters: np.ndarray) -> np.ndarray:

@@ -14,17 +14,17 @@ silence has a filter too, that of white noise."""
 
 
 @dataclass(frozen=True)
-class Lpc(Analysis):
-    """Coefficients of linear prediction by the autocorrelation method.
+class LinearPrediction(Analysis):
+    """What analyses by linear prediction declare in common, and the filters that they work out.
 
     ``A(z) = 1 + a_1 z^-1 + ... + a_p z^-p`` such that ``sum_j a_j r_|i-j| = 0`` for i = 1 to p: the
     filter under which the window has the least energy left. ``r`` is the autocorrelation of the
     samples with high frequencies raised, under a Hamming window.
 
-    **Source**: Makhoul 1975; Theobald 2007, section 4.1 (16 coefficients).
+    **Source**: Makhoul 1975; Theobald 2007, section 4.1.
 
     Args:
-        order: how many (p).
+        order: of the filter (p).
         window: milliseconds of sound that a frame looks at.
         emphasis: how far high frequencies are raised: ``x_t - emphasis x_(t-1)``.
         causal: whether the window ends with its frame.
@@ -38,13 +38,23 @@ class Lpc(Analysis):
     emphasis: float = setting(0.97, least=0, below=1, doc="how far high frequencies are raised")
     causal: bool = setting(False, doc="whether the window ends with its frame")
 
-    name = "lpc"
-    unit = "share of an earlier sample"
-    spread = 0.5
     paper = "Theobald 2007, section 4.1"
 
     def __post_init__(self) -> None:
-        check_settings(self, "labels.lpc")
+        check_settings(self, f"labels.{self.name}")
+
+    def filters(self, pieces: np.ndarray) -> np.ndarray:
+        """The filters (n, p + 1), first coefficient 1, of windows (n, N)."""
+        return levinson(autocorrelation(emphasised(pieces, self.emphasis), self.order))
+
+
+@dataclass(frozen=True)
+class Lpc(LinearPrediction):
+    """Coefficients of linear prediction by the autocorrelation method (16 in Theobald 2007)."""
+
+    name = "lpc"
+    unit = "share of an earlier sample"
+    spread = 0.5
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -58,7 +68,7 @@ class Lpc(Analysis):
 
     def rows(self, pieces: np.ndarray) -> np.ndarray:
         """Coefficients (n, p) of windows (n, N), without the leading 1."""
-        return levinson(autocorrelation(emphasised(pieces, self.emphasis), self.order))[:, 1:]
+        return self.filters(pieces)[:, 1:]
 
 
 def autocorrelation(pieces: np.ndarray, order: int) -> np.ndarray:
