@@ -156,7 +156,7 @@ def test_the_mixed_model_finds_what_was_put_in() -> None:
     found = fit_mixed(score, c, v, s, ["a", "b", "c"])
     means = [score[c == k].mean() for k in range(3)]  # of a balanced design
     assert found.means == pytest.approx(means, abs=1e-3)
-    value, low, high, p = found.difference(1, 0)
+    _, low, high, p = found.difference(1, 0)
     assert low < 8 < high and p < 1e-4 and found.rest == pytest.approx(16, rel=0.4)
     assert found.difference(2, 1)[3] > 0.01 and 40 < found.viewers < 300 and 5 < found.sentences < 100
 
