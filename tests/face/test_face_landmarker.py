@@ -5,7 +5,19 @@ import pytest
 
 from dnnvss.corpus.talker.portrait import portrait
 from dnnvss.errors import DnnvssError
-from dnnvss.face.landmarker import ROWS, Landmarker, Region, Track, as_arrays, find_task, follow, mesh_groups, talker
+from dnnvss.face.landmarker import (
+    ROWS,
+    Landmarker,
+    Region,
+    Track,
+    as_arrays,
+    engine,
+    engines,
+    find_task,
+    follow,
+    mesh_groups,
+    talker,
+)
 from dnnvss.face.landmarker import task as tasks
 from dnnvss.face.landmarker.layout import LEFT_CORNER, LOWER_LIP, RIGHT_CORNER, UPPER_LIP
 from dnnvss.face.landmarker.nets import _ANCHORS
@@ -122,6 +134,19 @@ def test_the_nets_find_the_portrait_of_the_built_in_talker():
     turned, _ = landmarker.mesh(np.ascontiguousarray(np.rot90(picture, 2)),
                                 Region((size - 1 - region.centre[0], size - 1 - region.centre[1]), region.side, np.pi))
     assert np.abs(size - turned[ROWS] - mesh[ROWS]).max() < 1.0  # the same face upside down
+
+
+def test_both_engines_find_the_same_points(monkeypatch, capfd):
+    if engine() == "opencv":
+        pytest.skip("LiteRT is not installed: make extras")
+    picture = portrait(320)
+    (region,) = installed().detect(picture)
+    fast, sure = installed().mesh(picture, region)
+    monkeypatch.setattr(engines, "litert", lambda: None)
+    assert engine() == "opencv"
+    slow, certain = installed().mesh(picture, region)
+    assert np.abs(fast - slow).max() < 0.1 and sure == pytest.approx(certain, abs=1e-3)
+    assert capfd.readouterr().err == ""
 
 
 def test_a_corpus_chooses_its_point_set():

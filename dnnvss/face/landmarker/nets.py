@@ -1,4 +1,4 @@
-"""The two nets that find a face and 478 points on it, run by OpenCV.
+"""The two nets that find a face and 478 points on it.
 
 **Source**: Bazarevsky et al., BlazeFace (2019); Kartynnik et al., Real-time facial surface geometry from monocular
 video on mobile GPUs (2019). The weights are Google's, Apache-2.0 (``docs/licences.md``).
@@ -7,11 +7,11 @@ video on mobile GPUs (2019). The weights are Google's, Apache-2.0 (``docs/licenc
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 
 import cv2
 import numpy as np
 
+from dnnvss.face.landmarker.engines import Net, load
 from dnnvss.face.landmarker.layout import LEFT_CORNER, RIGHT_CORNER
 from dnnvss.face.landmarker.task import DETECTOR, MESH, read_task
 
@@ -73,9 +73,9 @@ class Landmarker:
     task: Path
 
     @cached_property
-    def _nets(self) -> tuple[cv2.dnn.Net, cv2.dnn.Net]:
+    def _nets(self) -> tuple[Net, Net]:
         parts = read_task(self.task)
-        return _net(parts[DETECTOR]), _net(parts[MESH])
+        return load(parts[DETECTOR], ("classificators", "regressors")), load(parts[MESH], ("Identity", "Identity_1"))
 
     def detect(self, picture: np.ndarray, least: float = 0.5) -> list[Region]:
         """The faces in a picture, the surest first.
@@ -88,9 +88,7 @@ class Landmarker:
         square = cv2.copyMakeBorder(picture, 0, side - picture.shape[0], 0, side - picture.shape[1],
                                     cv2.BORDER_CONSTANT)
         small = cv2.resize(square, (_SEEN, _SEEN), interpolation=cv2.INTER_AREA)
-        net = self._nets[0]
-        net.setInput((small.astype(np.float32) / 127.5 - 1).transpose(2, 0, 1)[None])
-        scores, boxes = net.forward(["classificators", "regressors"])
+        scores, boxes = self._nets[0](small.astype(np.float32) / 127.5 - 1)
         return [_region(box * side / _SEEN) for box in _faces(scores[0, :, 0], boxes[0], least)]
 
     def mesh(self, picture: np.ndarray, region: Region) -> tuple[np.ndarray, float]:
@@ -106,9 +104,7 @@ class Landmarker:
         back = region.matrix(_CROP)
         crop = cv2.warpAffine(picture, back, (_CROP, _CROP), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
                               borderMode=cv2.BORDER_REPLICATE)
-        net = self._nets[1]
-        net.setInput((crop.astype(np.float32) / 255).transpose(2, 0, 1)[None])
-        points, logit = net.forward(["Identity", "Identity_1"])
+        points, logit = self._nets[1](crop.astype(np.float32) / 255)
         own = points.reshape(POINTS, 3)[:, :2]
         found = own @ back[:, :2].T + back[:, 2] + 0.5  # from the corner of the picture, not the middle of a pixel
         return found.astype(np.float32), float(_sigmoid(logit.reshape(-1)[0]))
@@ -117,15 +113,6 @@ class Landmarker:
         """What :meth:`mesh` gives through a square of the mesh's own: the detector's box is rough."""
         points, _ = self.mesh(picture, region)
         return self.mesh(picture, Region.around(points, points[[RIGHT_CORNER, LEFT_CORNER]], WIDER))
-
-
-def _net(weights: bytes) -> cv2.dnn.Net:
-    """A net from its file, which OpenCV 5 reads rightly by its classic engine alone, and that from a path alone."""
-    engine = getattr(cv2.dnn, "ENGINE_CLASSIC", None)
-    with NamedTemporaryFile(suffix=".tflite") as file:
-        file.write(weights)
-        file.flush()
-        return cv2.dnn.readNetFromTFLite(file.name, *(() if engine is None else (engine,)))
 
 
 def _anchors() -> np.ndarray:
