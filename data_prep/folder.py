@@ -65,7 +65,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         DnnvssError: no recording, unknown groups of landmarks, no rate, or nothing is left.
     """
     raw = Path(raw)
-    if dim not in UNITS:
+    if dim not in (2, 3):
         raise DnnvssError(f"corpus.importer.dim is {dim!r}", remedy="Give 2 for points in the picture, 3 in space")
     shelf = Shelf(raw)
     videos = _recordings(shelf)

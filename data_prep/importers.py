@@ -13,7 +13,6 @@ from inspect import Signature, signature
 from pathlib import Path
 from typing import Any, NoReturn
 
-from dnnvss.corpus import UNITS
 from dnnvss.errors import DnnvssError
 from dnnvss.settings import read_settings, setting, shown
 from dnnvss.shortages import shortage_of
@@ -31,7 +30,7 @@ class FolderSettings:
     credit: str = ""
     val: float = setting(0.05, least=0, below=1)
     test: float = setting(0.05, least=0, below=1)
-    dim: int = setting(2, choices=UNITS)
+    dim: int = setting(2, choices=(2, 3))
     rate: int | float | str | None = None
     sync: bool = False
     landmarker: str | None = None

@@ -22,8 +22,8 @@ from dnnvss.timing import FrameClock
 
 SPLITS = ("train", "val", "test")
 """Splits of a corpus, and of each variant of it (``unseen_train``, ...)."""
-UNITS = {2: "px", 3: "mm"}
-"""Coordinates of a landmark to their unit."""
+UNITS = {1: "curve", 2: "px", 3: "mm"}
+"""Coordinates of a landmark to their unit; with one, each is the value of a named curve of a rig."""
 _MOST = 100_000  # pixels of a side, points of a frame
 _POINTS = 1000  # of a frame, more than any markup has
 _SPARE = 1_000_000  # bytes of headers and of what older corpora keep beside the landmarks
@@ -80,8 +80,8 @@ class CorpusInfo:
         landmark_groups: name of a group of landmark points to the half-open range of its rows.
         variant: pronunciation variant of the talker (``"en_us"``, ``"en_gb"``).
         credit: the line to print wherever a picture or number made from the corpus is shown.
-        dimensions: coordinates of a landmark, 2 or 3.
-        unit: of the landmarks, ``px`` or ``mm``.
+        dimensions: coordinates of a landmark, 2 or 3; 1 where each is a curve of a rig, and its group names it.
+        unit: of the landmarks: ``px``, ``mm``, or ``curve`` for that of each curve.
     """
 
     name: str
@@ -180,7 +180,7 @@ class Corpus:
         return file
 
     def landmarks(self, utterance: Utterance) -> tuple[np.ndarray, np.ndarray]:
-        """Points (F, P, 2 or 3) float32 in the corpus's unit and valid (F,); the others are interpolated."""
+        """Points (F, P, 1, 2 or 3) float32 in the corpus's unit and valid (F,); the others are interpolated."""
         file, count = self.path(utterance, "landmarks"), self.info.dimensions
         points = 2 * max((end for _, end in self.info.landmark_groups.values()), default=0)
         most = _SPARE + 8 * utterance.frames * count * max(points, _POINTS)

@@ -133,6 +133,11 @@ class Bench:
         return talker_level(tracks, tiers, self.clock, phones, valid=valid)
 
 
+def leading(face: Face | None, first: int = 5) -> int:
+    """Over how many leading coefficients averages run: all of a face without points, whose curves have no order."""
+    return first if face is None or face.jacobian().shape[1] else len(face.names)
+
+
 @dataclass(frozen=True)
 class Measure:
     """A metric.

@@ -12,7 +12,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.evaluation import Report, evaluate
-from dnnvss.evaluation.bench import Bench, Sentence
+from dnnvss.evaluation.bench import Bench, Sentence, leading
 from dnnvss.evaluation.calibration import calibration, plot_calibration
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES
@@ -150,7 +150,7 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
                **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others}}
     for name, arrays in outputs.items():
         files.write_arrays(places.prediction(name), **arrays)
-    report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"])
+    report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"], first=leading(face))
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
     lively = compare(make_bench(task, test, face), {n: p for n, p in predicted.items() if n != "training mean"},
@@ -196,7 +196,7 @@ def make_bench(task: Task, test: list[Example], face: Face) -> Bench:
     sentences = [Sentence(e.id, targets[:, 0].astype(float), e.alignment["phones"],
                           speech_frames(e.alignment, task.clock), valid)
                  for e, (targets, valid) in ((e, e.measured) for e in test)]
-    return Bench(tuple(sentences), task.clock, face)
+    return Bench(tuple(sentences), task.clock, face, leading(face))
 
 
 def _row(style: str) -> str:

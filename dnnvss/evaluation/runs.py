@@ -10,7 +10,7 @@ from dnnvss.archives import Held, check_arrays, read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.bench import Bench, Sentence
+from dnnvss.evaluation.bench import Bench, Sentence, leading
 from dnnvss.face.encoding import find_encoding
 from dnnvss.face.kinds import load_face
 from dnnvss.runs.files import RunFiles
@@ -124,7 +124,8 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
     """
     lead = runs[0]
     size = next(iter(lead.arrays["reference"].values())).shape[1]
-    if not 1 <= first <= size:
+    face = load_face(RunFiles(lead.folder).face)
+    if not 1 <= leading(face, first) <= size:
         raise DnnvssError(f"averages over the first {first} coefficients were asked for, and there are {size}",
                           file=lead.folder, remedy=f"Give --first 1 to {size}")
     for run in runs[1:]:
@@ -135,7 +136,6 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
             raise DnnvssError(f"was tested on other sentences, another face or another rate than {lead.folder}",
                               file=run.folder, remedy="Compare runs of one corpus, split, face and rate")
     corpus = _same_corpus(lead)
-    face = load_face(RunFiles(lead.folder).face)
     encoded = find_encoding(corpus, RunFiles(lead.folder).face)
     sentences = []
     for i, reference in lead.arrays["reference"].items():
@@ -148,7 +148,7 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
         tier = utterance.alignment["phones"]
         sentences.append(Sentence(i, reference.astype(float), tier, speech, valid, landmarks))
-    return Bench(tuple(sentences), lead.clock, face, first)
+    return Bench(tuple(sentences), lead.clock, face, leading(face, first))
 
 
 def _same_corpus(run: RunData) -> Corpus:

@@ -85,13 +85,14 @@ class EncodedCorpus:
         return code
 
     def tracked(self, corpus: Corpus, utterance: str) -> np.ndarray | None:
-        """The tracked points (F, P, 2 or 3) of an utterance in the face's frame; None where it has no landmarks.
+        """The tracked points (F, P, 2 or 3) of an utterance in the face's frame; None where it has no landmarks,
+        or the face no points.
 
         What is the recording's own, head pose first of all, is taken out (see :attr:`FaceKind.stabilise`); frames that
         were not measured are interpolated.
         """
         record = corpus.utterances[utterance]
-        if record.landmarks is None:
+        if record.landmarks is None or not self.face.jacobian().shape[1]:
             return None
         code = self.clip(utterance)
         try:

@@ -14,7 +14,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Code, Face
 from dnnvss.face.clips import Clip
 
-FACES: dict[str, str] = {"aam": "dnnvss.face.aam.kind", "points": "dnnvss.face.points.kind"}
+FACES: dict[str, str] = {"aam": "dnnvss.face.aam.kind", "points": "dnnvss.face.points.kind",
+                         "rig": "dnnvss.face.rig.kind"}
 """Name of a kind to the module whose ``KIND`` describes it; loaded when it is first asked for."""
 _REMEDY = "Train again, or delete the file and run the same command"
 

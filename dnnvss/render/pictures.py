@@ -12,6 +12,8 @@ from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.face.base import Face, Textured
 from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.face.points import PointsFace
+from dnnvss.face.rig import RigFace
+from dnnvss.render.bars import Bars
 from dnnvss.render.neutral import Neutral, choose_neutral
 from dnnvss.render.renderer import Renderer
 from dnnvss.render.sketch import Sketch
@@ -57,6 +59,8 @@ def open_pictures(face: Face, ground: Path, scale: float = 1.0) -> Pictures:
         return Renderer(face, Neutral.load(ground), scale)
     if isinstance(face, PointsFace):
         return Sketch(face, scale)
+    if isinstance(face, RigFace):
+        return Bars(face, scale)
     raise _undrawn(face)
 
 
@@ -77,6 +81,8 @@ def still(face: Face, parameters: np.ndarray, zoom: float = 1.0) -> np.ndarray:
         return face.picture(parameters, zoom)
     if isinstance(face, PointsFace):
         return next(Sketch(face, zoom * _STILL).frames(parameters[None]))
+    if isinstance(face, RigFace):
+        return next(Bars(face, zoom).frames(parameters[None]))
     raise _undrawn(face)
 
 
