@@ -2,6 +2,7 @@
 
 from dnnvss.formats.alignments import read_alignment, spanning, write_alignment
 from dnnvss.formats.c3d import read_c3d
+from dnnvss.formats.cues import Cue, in_order
 from dnnvss.formats.curves import Curves, read_curves, write_curves
 from dnnvss.formats.grid import read_grid_align, write_grid_align
 from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
@@ -21,18 +22,24 @@ from dnnvss.formats.markers import marker_columns, read_markers, read_trc, write
 from dnnvss.formats.openface import Landmarks, read_openface, write_openface
 from dnnvss.formats.stamps import check_times, common_rate, stamped
 from dnnvss.formats.textgrid import read_textgrid, write_textgrid
+from dnnvss.formats.timed_text import SUBTITLES, TIMED, is_words_csv, read_timed_text
 from dnnvss.formats.tracked import Markers
 from dnnvss.formats.words import read_words_csv, write_words_csv
 
 __all__ = [
     "LAYOUT_68",
     "MESHES",
+    "SUBTITLES",
+    "TIMED",
+    "Cue",
     "Curves",
     "Landmarks",
     "Markers",
     "Marks",
     "check_times",
     "common_rate",
+    "in_order",
+    "is_words_csv",
     "marker_columns",
     "read_alignment",
     "read_c3d",
@@ -48,6 +55,7 @@ __all__ = [
     "read_pts",
     "read_pts_sequence",
     "read_textgrid",
+    "read_timed_text",
     "read_trc",
     "read_words_csv",
     "spanning",

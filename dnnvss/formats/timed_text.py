@@ -1,0 +1,66 @@
+"""What is said in a recording and about when, from any file that tells it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.formats.cues import Cue
+from dnnvss.formats.labels import word_of
+from dnnvss.formats.recognised import read_recognised
+from dnnvss.formats.subtitles import read_subtitles
+from dnnvss.formats.textgrid import read_textgrid
+from dnnvss.formats.words import read_words_csv
+from dnnvss.timing import Tier
+
+SUBTITLES = (".srt", ".vtt")
+"""Files of subtitles."""
+TIMED = (*SUBTITLES, ".json")
+"""Files that tell what is said and when, and nothing else."""
+
+
+def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
+    """What is said and about when: subtitles, word times (CSV, TextGrid, a recogniser's JSON), or plain text.
+
+    A plain text gives a cue a line, without times.
+
+    Raises:
+        DnnvssError: another suffix, a damaged file, or no word in it.
+    """
+    path = Path(path)
+    match path.suffix.lower():
+        case ".srt" | ".vtt":
+            return read_subtitles(path)
+        case ".json":
+            return read_recognised(path)
+        case ".csv":
+            return _words(read_words_csv(path), path)
+        case ".textgrid":
+            grid = read_textgrid(path)
+            if "words" not in grid:
+                raise DnnvssError("holds no tier of words", file=path, remedy="Name the tier of words words")
+            return _words(grid["words"], path)
+        case ".txt" | ".lab":
+            return tuple(_lines(files.read_text(path, "Write the words of the recording there")))
+    raise DnnvssError(f"text of the kind {path.suffix!r} is not understood", file=path,
+                      remedy="Use .srt, .vtt, .txt, .json, .csv (start,end,word) or .TextGrid")
+
+
+def is_words_csv(path: Path) -> bool:
+    """Whether a CSV is a table of words and not of landmarks, by its first line."""
+    with path.open("rb") as file:
+        head = file.read(200)
+    first = head.decode(files.text_encoding(head), "replace").split("\n")[0].lower()
+    return [cell.strip(' "\r\ufeff') for cell in first.replace(";", ",").replace("\t", ",").split(",")] == [
+        "start", "end", "word"]
+
+
+def _words(tier: Tier, path: Path) -> tuple[Cue, ...]:
+    found = tuple(Cue(s.start, s.end, s.label) for s in tier if word_of(s.label))
+    if not found:
+        raise DnnvssError("holds no word", file=path, remedy="Give the file that holds the words")
+    return found
+
+
+def _lines(text: str) -> Iterator[Cue]:
+    yield from (Cue(None, None, " ".join(line.split())) for line in text.split("\n") if line.strip())

@@ -1,0 +1,124 @@
+"""Subtitles and what recognisers write are read as their programs write them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import Cue, in_order, is_words_csv, read_timed_text
+
+SRT = """1
+00:00:00,950 --> 00:00:02,120
+Bin <i>blue</i> at F
+two now.
+
+2
+00:01:03,900 --> 01:00:05,000 X1:40 X2:600
+{\\an8}- ANN: It&#39;s me. [laughs]
+
+3
+00:01:09,000 --> 00:01:10,000
+(door slams)
+"""
+VTT = """WEBVTT - some title
+Kind: captions
+
+NOTE
+this is --> no cue
+
+STYLE
+::cue { color: red }
+
+intro
+00:01.000 --> 00:03.500 align:start
+first<00:00:02.000><c> line</c>
+
+00:03.500 --> 00:05.000
+first line
+second line
+
+00:05.000 --> 00:06.000
+\u266a la la \u266a
+"""
+
+
+def written(folder: Path, name: str, data: str | bytes) -> Path:
+    path = folder / name
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+    return path
+
+
+def test_subrip_gives_what_is_spoken_and_its_times(tmp_path: Path) -> None:
+    want = (Cue(0.95, 2.12, "Bin blue at F two now."), Cue(63.9, 3605.0, "It's me."))
+    assert read_timed_text(written(tmp_path, "a.srt", SRT)) == want
+    for name, data in (("mark.srt", SRT.encode("utf-8-sig")), ("wide.SRT", SRT.encode("utf-16")),
+                       ("lines.srt", SRT.replace("\n", "\r\n")), ("dots.srt", SRT.replace(",", "."))):
+        assert read_timed_text(written(tmp_path, name, data)) == want, name
+
+
+def test_webvtt_has_notes_names_and_lines_that_roll_up(tmp_path: Path) -> None:
+    assert read_timed_text(written(tmp_path, "a.vtt", VTT)) == (Cue(1, 3.5, "first line"), Cue(3.5, 5, "second line"))
+
+
+def test_cues_come_in_order_and_overlaps_are_told() -> None:
+    first, second, third = Cue(0, 2, "a"), Cue(1, 3, "b"), Cue(5, 6, "c")
+    assert in_order([third, first, second]) == (
+        (first, second, third),
+        ("1 cues stood before earlier ones and were put in order", "1 cues begin before the one before them ends"))
+    assert in_order([Cue(None, None, "a"), first]) == ((Cue(None, None, "a"), first), ())
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("1\n00:00:01,000 -> x\n", "stands where times should be"), ("00:00:01,000 --> later\nhello\n", "line 1: .* holds no two times"),
+    ("1\n00:00:05,000 --> 00:00:01,000\nhello\n", "ends at 1.000 s, before"), ("hello\n", "line 1: 'hello' stands"),
+    ("", "holds no cue with text"), ("1\n00:00:01,000 --> 00:00:02,000\n[music]\n", "holds no cue with text")])
+def test_damaged_subtitles_are_refused_by_their_line(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(DnnvssError, match=said) as found:
+        read_timed_text(path := written(tmp_path, "a.srt", text))
+    assert found.value.file == path
+
+
+WORD = {"start": 0.5, "end": 0.9}
+RECOGNISED: dict[str, Any] = {
+    "whisper": {"text": "Hi. You.", "segments": [{"start": 0.5, "end": 0.9, "text": " Hi.", "words": [
+        {"word": " Hi.", **WORD, "probability": 0.9}]}, {"start": 1, "end": 1.5, "text": " You."}]},
+    "whisperx": {"segments": [{"start": 0.5, "end": 0.9, "text": "Hi.", "words": [{"word": "Hi."}]},
+                              {"start": 1, "end": 1.5, "text": "You."}], "word_segments": []},
+    "whisper.cpp": {"transcription": [{"offsets": {"from": 500, "to": 900}, "text": " Hi."},
+                                      {"offsets": {"from": 1000, "to": 1500}, "text": " You."}]},
+    "vosk": [{"result": [{"conf": 1.0, **WORD, "word": "Hi."}], "text": "Hi."}, {"text": ""},
+             {"result": [{"start": 1, "end": 1.5, "word": "You."}]}],
+    "deepgram": {"results": {"channels": [{"alternatives": [{"transcript": "", "words": [
+        {"word": "hi", **WORD, "punctuated_word": "Hi."}, {"word": "You.", "start": 1, "end": 1.5}]}]}]}},
+    "aws": {"results": {"items": [
+        {"start_time": "0.5", "end_time": "0.9", "type": "pronunciation", "alternatives": [{"content": "Hi"}]},
+        {"type": "punctuation", "alternatives": [{"content": "."}]},
+        {"start_time": "1", "end_time": "1.5", "type": "pronunciation", "alternatives": [{"content": "You."}]}]}},
+    "google": {"results": [{"alternatives": [{"words": [{"startTime": "0.500s", "endTime": "0.9s", "word": "Hi."}]}]},
+                           {"alternatives": [{"words": [{"startTime": "1s", "endTime": "1.5s", "word": "You."}]}]}]},
+    "assemblyai": {"words": [{"text": "Hi.", "start": 500, "end": 900}, {"text": "You.", "start": 1000, "end": 1500}]},
+    "plain": [{"text": "Hi.", **WORD}, {"text": "You.", "start": 1, "end": 1.5}],
+}
+
+
+@pytest.mark.parametrize("shape", RECOGNISED)
+def test_what_recognisers_write_is_read(tmp_path: Path, shape: str) -> None:
+    path = written(tmp_path, "a.json", json.dumps(RECOGNISED[shape]))
+    assert read_timed_text(path) == (Cue(0.5, 0.9, "Hi."), Cue(1.0, 1.5, "You."))
+
+
+@pytest.mark.parametrize("value", [{}, [], {"segments": []}, 3, [{"start": "soon", "end": 1, "text": "a"}],
+                                   [{"start": 2, "end": 1, "text": "a"}], {"landmarks": [[1, 2]]}])
+def test_other_json_is_refused(tmp_path: Path, value: Any) -> None:
+    with pytest.raises(DnnvssError, match=r"no words with times|are no times"):
+        read_timed_text(written(tmp_path, "a.json", json.dumps(value)))
+
+
+def test_tables_and_grids_of_words_are_text_with_times(tmp_path: Path) -> None:
+    table = written(tmp_path, "a.csv", "start;end;word\n0,5;0,9;hi\n1;1,5;you\n")
+    assert is_words_csv(table) and read_timed_text(table) == (Cue(0.5, 0.9, "hi"), Cue(1, 1.5, "you"))
+    assert not is_words_csv(written(tmp_path, "b.csv", "frame, timestamp, x_0\n1, 0.0, 3\n"))
+    assert read_timed_text(written(tmp_path, "a.txt", "One line.\n\n And  another.\n")) == (
+        Cue(None, None, "One line."), Cue(None, None, "And another."))
