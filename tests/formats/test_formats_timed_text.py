@@ -71,7 +71,8 @@ def test_cues_come_in_order_and_overlaps_are_told() -> None:
 
 
 @pytest.mark.parametrize(("text", "said"), [
-    ("1\n00:00:01,000 -> x\n", "stands where times should be"), ("00:00:01,000 --> later\nhello\n", r"line 1: .* holds no two"),
+    ("1\n00:00:01,000 -> x\n", "stands where times should be"),
+    ("00:00:01,000 --> later\nhello\n", r"line 1: .* holds no two"),
     ("1\n00:00:05,000 --> 00:00:01,000\nhello\n", "ends at 1.000 s, before"), ("hello\n", "line 1: 'hello' stands"),
     ("", "holds no cue with text"), ("1\n00:00:01,000 --> 00:00:02,000\n[music]\n", "holds no cue with text")])
 def test_damaged_subtitles_are_refused_by_their_line(tmp_path: Path, text: str, said: str) -> None:
