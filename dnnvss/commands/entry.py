@@ -16,6 +16,7 @@ COMMANDS = {
     "speak": "text, a voice or phone times as a talking face, by a trained run",
     "live": "a face that moves while somebody speaks, by a run of a network with a look-ahead",
     "compare": "finished runs in one table, with confidence intervals and a page",
+    "outside": "a run judged from outside: one tracker over the talker's video and over ours",
     "export": "a run's network as a file, or all of the run as a bundle",
     "label": "frames labelled by hand: choose, page, import, check",
     "track": "the points of every frame of videos, from about thirty labelled ones",

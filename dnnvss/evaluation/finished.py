@@ -11,6 +11,7 @@ from dnnvss.evaluation.across import Side, compare_faces
 from dnnvss.evaluation.comparison import Predictions, compare
 from dnnvss.evaluation.page import write_page
 from dnnvss.evaluation.runs import RunData, by_face, make_bench, read_run
+from dnnvss.evaluation.sections import seen_from_outside
 from dnnvss.systems.registry import driven_by, read_system
 
 _HASH = re.compile("-[0-9a-f]{8}$")
@@ -57,9 +58,11 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
         result, told = compare_faces(sides, seed)
     result = result.with_inputs(inputs)
     out = out or folders[0] / "evaluation"
-    files.write_text(out / "evaluation.md", result.markdown())
+    named = dict(zip(names, folders, strict=True))
+    sections = [section for section in (seen_from_outside(named),) if section]
+    files.write_text(out / "evaluation.md", "\n".join([result.markdown(), *(s.markdown() for s in sections)]))
     files.write_json(out / "evaluation.json", result.to_json())
-    page = write_page(out / "evaluation.html", result, told.bench, told.systems, dict(zip(names, folders, strict=True)))
+    page = write_page(out / "evaluation.html", result, told.bench, told.systems, named, sections)
     return Compared(result.table(), page)
 
 

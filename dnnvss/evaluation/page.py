@@ -15,6 +15,7 @@ from dnnvss.curves import resample
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions, left_out
 from dnnvss.evaluation.report import number
+from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.statistics import Estimate, pooled
 from dnnvss.face.base import APERTURE, Face
 from dnnvss.timing import FrameClock
@@ -29,7 +30,7 @@ _WIDTH, _HEIGHT, _LEFT = 1000, 170, 40
 
 def write_page(
     path: str | Path, result: Comparison, bench: Bench, systems: Mapping[str, Predictions],
-    folders: Mapping[str, Path] | None = None,
+    folders: Mapping[str, Path] | None = None, sections: Sequence[Section] = (),
 ) -> Path:
     """Write the report and return its path; it needs no network and no other file but the videos that it points to.
 
@@ -39,6 +40,7 @@ def write_page(
         bench: what was compared on.
         systems: the predictions under test.
         folders: system to run folder; a video ``videos/<sentence>.mp4`` in it is shown above the faces.
+        sections: further tables.
     """
     chosen = _chosen(result, bench)
     shown = list(chosen)[len(chosen) // 2]
@@ -53,6 +55,7 @@ def write_page(
         values=_values(result, result.measures),
         cards="".join(_card(result, m) for m in result.measures),
         tests=_tests(result),
+        sections="".join(section.html() for section in sections),
         sentences="".join(_folded(title, _sentence(s, bench, systems, Path(path), folders or {}), title == shown)
                           for title, s in chosen.items()),
         classes=_classes(result),

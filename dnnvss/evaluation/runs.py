@@ -135,7 +135,7 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         if not same:
             raise DnnvssError(f"was tested on other sentences, another face or another rate than {lead.folder}",
                               file=run.folder, remedy="Compare runs of one corpus, split, face and rate")
-    corpus = _same_corpus(lead)
+    corpus = open_corpus(lead.folder, lead.corpus)
     encoded = find_encoding(corpus, RunFiles(lead.folder).face)
     sentences = []
     for i, reference in lead.arrays["reference"].items():
@@ -151,11 +151,19 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
     return Bench(tuple(sentences), lead.clock, face, leading(face, first))
 
 
-def _same_corpus(run: RunData) -> Corpus:
-    """Return the corpus of a run, whose phones are only right while it is the one that the run was tested on."""
-    corpus = Corpus.open(run.corpus)
-    trained_on = RunFiles(run.folder).written().corpus
+def open_corpus(folder: Path, corpus_folder: Path) -> Corpus:
+    """The corpus of a run, whose phones are only right while it is the one that the run was tested on.
+
+    Args:
+        folder: of the run.
+        corpus_folder: where the run's settings say that the corpus is.
+
+    Raises:
+        DnnvssError: it holds something else now.
+    """
+    corpus = Corpus.open(corpus_folder)
+    trained_on = RunFiles(folder).written().corpus
     if trained_on != corpus.fingerprint:
         raise DnnvssError(f"was trained on the corpus {trained_on}, and {corpus.root} now holds {corpus.fingerprint}",
-                          file=run.folder, remedy="Prepare that corpus again, or train the run anew")
+                          file=folder, remedy="Prepare that corpus again, or train the run anew")
     return corpus

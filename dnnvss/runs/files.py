@@ -155,6 +155,11 @@ class RunFiles:
         return self.folder / "evaluation"
 
     @property
+    def outside(self) -> Path:
+        """What a tracker of its own saw in the run's videos: see :mod:`dnnvss.evaluation.outside`."""
+        return self.comparison / "outside.json"
+
+    @property
     def index(self) -> Path:
         """What makes a folder a bundle; written last."""
         return self.folder / "bundle.json"
