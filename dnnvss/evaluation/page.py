@@ -18,10 +18,11 @@ from dnnvss.evaluation.report import number
 from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.statistics import Estimate, pooled
 from dnnvss.face.base import APERTURE, Face
+from dnnvss.pages import document
 from dnnvss.timing import FrameClock
 
 _COLOURS = ("#2563a8", "#c2410c", "#15803d", "#7c3aed", "#b45309", "#be185d")
-_TRUTH = "#98a2b3"
+_TRUTH = "var(--truth)"
 _SHOWN_RATE = 25
 HEAD = ("correlation", "rmse", "gv_ratio", "closure_recall", "landmarks", "lag")
 """Metrics of the first table; all others are folded."""
@@ -45,10 +46,9 @@ def write_page(
     chosen = _chosen(result, bench)
     shown = list(chosen)[len(chosen) // 2]
     moving = [_moving(s, bench, systems) for s in chosen.values()]
-    template = Template(resources.files("dnnvss.evaluation").joinpath("page.html").read_text("utf-8"))
-    names = ", ".join(result.systems)
-    text = template.substitute(
-        title=html.escape(f"Evaluation: {names}"),
+    title = f"Evaluation: {', '.join(result.systems)}"
+    body = Template(_own("page.html")).substitute(
+        title=html.escape(title),
         lead=html.escape(" ".join([f"{len(result.sentences)} test sentences; averages over the first {result.first} "
                                    "coefficients.", *result.rivals, *result.few])),
         head=_values(result, [m for m in result.measures if m.name in HEAD]),
@@ -61,9 +61,14 @@ def write_page(
         classes=_classes(result),
         definitions="".join(f"<dt>{html.escape(m.title)}</dt><dd>{html.escape(m.definition)} ({BETTER[m.better]})</dd>"
                             for m in result.measures),
-        data=files.json_text(moving, separators=(",", ":")).replace("</", "<\\/"),
     )
-    return files.write_text(path, text)
+    data = files.json_text(moving, separators=(",", ":")).replace("</", "<\\/")
+    script = f"const DATA = {data};\n" + _own("page.js")
+    return files.write_text(path, document(title, body, _own("page.css"), script))
+
+
+def _own(name: str) -> str:
+    return resources.files("dnnvss.evaluation").joinpath(name).read_text("utf-8")
 
 
 def _chosen(result: Comparison, bench: Bench) -> dict[str, Sentence]:

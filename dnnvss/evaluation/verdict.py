@@ -11,13 +11,14 @@ from string import Template
 import numpy as np
 
 from dnnvss import files
-from dnnvss.evaluation.coverage import EXAMPLES, Coverage, next_prompts
 from dnnvss.evaluation.report import Report
 from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, difference, estimate
+from dnnvss.pages import bars, document
 from dnnvss.phones import SILENCES, SPOKEN
 from dnnvss.runs.folds import speech
 from dnnvss.runs.voice import Voice
 from dnnvss.systems import Example
+from dnnvss.text.coverage import EXAMPLES, Coverage, next_prompts
 
 NULL = "phone mean"
 SHOWN = 3
@@ -70,12 +71,12 @@ class Verdict:
             more: how the system was chosen, as text; nothing where it was named.
         """
         template = Template(resources.files("dnnvss.evaluation").joinpath("verdict.html").read_text("utf-8"))
-        most = max([*self.coverage.phones.values(), 1])
-        phones = "".join(_bar(p, self.coverage.phones[p], most) for p in SPOKEN)
+        phones = bars((p, EXAMPLES[p], self.coverage.phones[p]) for p in SPOKEN)
         chosen = f"<h2>How the system was chosen</h2><pre>{html.escape(more)}</pre>" if more else ""
-        return files.write_text(path, template.substitute(
+        body = template.substitute(
             title=html.escape(title), lines="".join(f"<li>{html.escape(line)}</li>" for line in self.lines),
-            prompts="".join(f"<li>{html.escape(text)}</li>" for text in self.prompts), phones=phones, chosen=chosen))
+            prompts="".join(f"<li>{html.escape(text)}</li>" for text in self.prompts), phones=phones, chosen=chosen)
+        return files.write_text(path, document(title, body, "main { --measure: 860px; }\n"))
 
 
 def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice) -> Verdict:
@@ -152,9 +153,3 @@ def _expected(correlation: float, seconds: float) -> str:
     level = 0.0 if np.isnan(correlation) else correlation
     words = next(text for least, text in _EXPECT if level >= least)
     return f"{words} {next(text for most, text in _GROWTH if seconds < most)}"
-
-
-def _bar(phone: str, count: int, most: int) -> str:
-    kind = "" if count else ' class="never"'
-    return (f"<div{kind}><b>{phone}</b><span>{EXAMPLES[phone]}</span><i style=\"width:{100 * count / most:.0f}%\"></i>"
-            f"<em>{count}</em></div>")

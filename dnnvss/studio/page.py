@@ -6,6 +6,8 @@ from importlib.resources import files as package_files
 from pathlib import PurePath
 from typing import Any
 
+from dnnvss.pages import PALETTE, style
+
 _KINDS = {".html": "text/html; charset=utf-8", ".css": "text/css; charset=utf-8",
           ".js": "text/javascript; charset=utf-8", ".svg": "image/svg+xml", ".png": "image/png"}
 """Kinds of static files by suffix; others are not served."""
@@ -69,8 +71,11 @@ class Page:
     routes: tuple[Route, ...]
 
     def static(self) -> dict[str, Content]:
-        """Static files by path; ``/`` is ``index.html``. No other file of the package or the disk is among them."""
-        found = {}
+        """Static files by path; ``/`` is ``index.html``, and all pages have one palette.
+
+        No other file of the package or the disk is among them.
+        """
+        found = {f"/{PALETTE}": Content(style(PALETTE).encode(), _KINDS[".css"])}
         for file in package_files(__package__).joinpath("pages", self.folder).iterdir():
             if kind := _KINDS.get(PurePath(file.name).suffix):
                 found[f"/{file.name}"] = Content(file.read_bytes(), kind)

@@ -118,7 +118,7 @@ def test_changed_recordings_and_landmarks_are_taken_anew(raw: Path, tmp_path: Pa
         seen.append(corpus.fingerprint)
         return corpus
 
-    for work in ("pipeline.media", "pipeline.read_raw", "pipeline.in_step", "pipeline.write_clean", "digests.digested"):
+    for work in ("recordings.media", "checks.read_raw", "sounds.in_step", "checks.write_clean", "digests.digested"):
         monkeypatch.setattr(f"data_prep.{work}", None)
     assert again().fingerprint == first.fingerprint  # nothing changed, nothing done
     monkeypatch.undo()

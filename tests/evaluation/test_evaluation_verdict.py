@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dnnvss.evaluation.coverage import EXAMPLES, Coverage, next_prompts, prompt_pairs, prompts
 from dnnvss.evaluation.report import evaluate
 from dnnvss.evaluation.verdict import verdict
 from dnnvss.phones import SPOKEN
 from dnnvss.runs.voice import Voice
 from dnnvss.systems import Example
+from dnnvss.text.coverage import EXAMPLES, Coverage, next_prompts, prompt_pairs, prompts
 from dnnvss.text.sentence import parse
 
 

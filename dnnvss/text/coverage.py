@@ -89,7 +89,7 @@ def _worth(own: Pairs, pairs: Collection[tuple[str, str]], phones: Collection[st
 
 def prompts() -> Sequence[str]:
     """Sentences to be read aloud, written for this package so that all sounds and most pairs of them occur."""
-    return resources.files("dnnvss.evaluation").joinpath("prompts.txt").read_text("utf-8").splitlines()
+    return resources.files("dnnvss.text").joinpath("prompts.txt").read_text("utf-8").splitlines()
 
 
 @cache

@@ -1,0 +1,41 @@
+"""The look of all pages: one palette for light and dark, and the style of those that are read."""
+
+import html
+from collections.abc import Iterable
+from importlib import resources
+
+PALETTE = "palette.css"
+"""The file of the colours by name, which every page has; the studio serves it beside its own files."""
+
+
+def style(name: str) -> str:
+    """The text of a style sheet of this room."""
+    return resources.files(__package__).joinpath(name).read_text("utf-8")
+
+
+def document(title: str, body: str, own: str = "", script: str = "") -> str:
+    """A page that opens from disk and needs no other file.
+
+    Args:
+        title: as text.
+        body: what stands in its ``main``, as HTML.
+        own: style that this page adds.
+        script: JavaScript behind the body.
+    """
+    sheet = style(PALETTE) + style("document.css") + own
+    code = f"<script>\n{script}</script>\n" if script else ""
+    return ('<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f"<title>{html.escape(title)}</title>\n<style>\n{sheet}</style>\n</head>\n"
+            f"<body>\n<main>\n{body}\n</main>\n{code}</body>\n</html>\n")
+
+
+def bars(rows: Iterable[tuple[str, str, int]]) -> str:
+    """Counts as bars, those of nothing marked: each row a label, what explains it, and its count."""
+    rows = list(rows)
+    most = max([*(count for _, _, count in rows), 1])
+    kinds = ("" if count else ' class="never"' for _, _, count in rows)
+    return '<div class="phones">' + "".join(
+        f'<div{kind}><b>{html.escape(label)}</b><span>{html.escape(told)}</span>'
+        f'<i style="width:{100 * count / most:.0f}%"></i><em>{count}</em></div>'
+        for kind, (label, told, count) in zip(kinds, rows, strict=True)) + "</div>"
