@@ -99,7 +99,9 @@ def _curves(head: Mesh, skin: np.ndarray, loops: EdgeLoops, place: Mapping[int, 
     rings |= {name: _from_right(v, loops.ring(k)) for name, k in rims.items()}
     front = np.unique(skin)[head.normals()[np.unique(skin), 2] > 0.05]
     lines = {name: near(v, front, line) for name, line in _LINES.items()}
-    return {**rings, **lines, "face_oval": face_oval(head, np.unique(skin))}
+    within = loops.inside(place[_LIP_RINGS["lips_inner"]], rings["lips_outer"])
+    outside = np.setdiff1d(np.unique(skin), list(within))
+    return {**rings, **lines, "face_oval": face_oval(head, outside)}
 
 
 def _skin_parts(head: Mesh, skin: np.ndarray, loops: EdgeLoops, curves: Mapping[str, Sequence[int]],

@@ -9,8 +9,8 @@ from dnnvss.face.mesh.surface import Mesh
 
 _CENTRE, _ANGLES, _TURNED = (0.0, 6.95), 36, 0.35
 """The middle of the face, directions of its oval, and how much the skin still looks forward there."""
-_EARS, _BACK = 0.72, 0.75
-"""Decimetres: width without ears, and depth in front of which the oval lies."""
+_EARS, _BACK, _HAIR = 0.72, 0.75, 7.75
+"""Decimetres: width without ears, depth in front of which the oval lies, and height of the hair line."""
 _SIDES, _PUPIL, _IRIS, _LIFT = 16, np.deg2rad(9), np.deg2rad(25), 1.02
 """Corners of a disc, half angles that pupil and iris fill of the eye, and their radius over the eye's."""
 
@@ -24,7 +24,7 @@ def near(vertices: np.ndarray, among: np.ndarray, line: Sequence[tuple[float, fl
 def face_oval(mesh: Mesh, skin: np.ndarray) -> list[int]:
     """Vertices round the face where the skin turns to the side, clockwise from the top as seen from the front."""
     v, n = mesh.vertices[skin], mesh.normals()[skin]
-    fit = (np.abs(v[:, 0]) < _EARS) & (v[:, 2] > _BACK) & (n[:, 2] > 0)
+    fit = (np.abs(v[:, 0]) < _EARS) & (v[:, 2] > _BACK) & (v[:, 1] < _HAIR) & (n[:, 2] > 0)
     away = v[:, :2] - _CENTRE
     outward = (n[:, :2] * away).sum(axis=1) > 0
     angle = np.arctan2(away[:, 0], away[:, 1])
