@@ -7,10 +7,8 @@ import cv2
 import numpy as np
 
 from dnnvss.face.mesh import Mesh
+from dnnvss.face.mesh.parts import part_colour
 
-_COLOURS = {"skin": (224, 178, 152), "lips": (190, 108, 100), "mouth": (120, 52, 54), "socket": (150, 96, 88),
-            "eye": (236, 236, 234), "iris": (92, 122, 138), "pupil": (22, 20, 24), "upper_teeth": (238, 232, 220),
-            "lower_teeth": (228, 222, 208), "tongue": (196, 98, 104), "brow": (146, 106, 86)}
 _GROUND = (250, 248, 245)
 _BEHIND = ("mouth", "upper_teeth", "lower_teeth", "tongue", "socket", "eye", "iris", "pupil")
 """Parts that lie behind the skin, from the back to the front; what is not of them is skin."""
@@ -79,7 +77,7 @@ class Solid:
 
     def __init__(self, mesh: Mesh, camera: Camera, smooth: int = 1) -> None:
         self.mesh, self.camera, self.smooth = mesh, camera, smooth
-        self.colours = np.array([_COLOURS.get(p, _COLOURS["skin"]) for p in mesh.parts], float)[mesh.part_of]
+        self.colours = np.array([part_colour(p) for p in mesh.parts], float)[mesh.part_of]
         self.light = np.array([_DARK.get(p, 1.0) for p in mesh.parts])[mesh.part_of]
         layers = [_BEHIND.index(p) if p in _BEHIND else len(_BEHIND) for p in mesh.parts]
         layers = [min(layer, 1) if layer < _BEHIND.index("socket") else layer for layer in layers]
@@ -87,7 +85,9 @@ class Solid:
         self.tongue = np.array([p == "tongue" for p in mesh.parts])[mesh.part_of]
         self.lips = mesh.of_part("lips")
 
-    def frames(self, movement: Iterator[np.ndarray] | Sequence[np.ndarray] | np.ndarray) -> Iterator[np.ndarray]:
+    def frames(
+        self, movement: Iterator[np.ndarray] | Sequence[np.ndarray] | np.ndarray
+    ) -> Iterator[np.ndarray]:
         """Yield a picture, uint8 RGB (H, W_, 3), for each set of vertices (V, 3)."""
         return (self.picture(vertices) for vertices in movement)
 
@@ -107,7 +107,11 @@ class Solid:
         image = np.full((height * self.smooth, width * self.smooth, 3), _GROUND, np.uint8)
         for shape, colour in zip(shapes, colours, strict=True):
             cv2.fillConvexPoly(image, shape, colour, cv2.LINE_8, _SHIFT)
-        return image if self.smooth == 1 else cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+        return (
+            image
+            if self.smooth == 1
+            else cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+        )
 
     def _layers(self, shown: np.ndarray, depth: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """The layer of each face that is shown; a tongue that is put out comes before the lips."""
@@ -123,4 +127,6 @@ class Solid:
         light = normals @ _LIGHT.astype(vertices.dtype)
         lit = np.clip(light[self.mesh.faces].mean(axis=1), 0, 1)
         shade = (_AMBIENT + (1 - _AMBIENT) * lit) * self.light
-        return np.clip(self.colours * shade[:, None] + 255 * _GLOSS * (lit**12 * self.light)[:, None], 0, 255)
+        return np.clip(
+            self.colours * shade[:, None] + 255 * _GLOSS * (lit**12 * self.light)[:, None], 0, 255
+        )

@@ -14,7 +14,9 @@ SIDES = {"Left": "Right", "Right": "Left"}
 
 def at(**weights: float) -> np.ndarray:
     """Vertices for some weights."""
-    return HEAD.vertices(HEAD.weights({name: np.array([value]) for name, value in weights.items()}))[0]
+    return HEAD.vertices(
+        HEAD.weights({name: np.array([value]) for name, value in weights.items()})
+    )[0]
 
 
 def gap(vertices: np.ndarray) -> float:
@@ -65,7 +67,10 @@ def test_rings_run_from_the_talkers_right_over_the_upper_side():
 
 def test_parts_lie_where_they_belong():
     v = HEAD.mesh.vertices
-    assert v[HEAD.mesh.of_part("lower_teeth"), 1].mean() < v[HEAD.mesh.of_part("upper_teeth"), 1].mean()
+    assert (
+        v[HEAD.mesh.of_part("lower_teeth"), 1].mean()
+        < v[HEAD.mesh.of_part("upper_teeth"), 1].mean()
+    )
     for part in ("iris", "pupil"):
         assert len(HEAD.mesh.of_part(part)) and (v[HEAD.mesh.of_part(part), 2] > 0.08).all()
 
@@ -79,7 +84,9 @@ def test_curves_of_other_names_are_told():
 
 def test_normals_of_a_cube_point_outward():
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    faces = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    faces = np.array(
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    )
     cube = Mesh(corners, faces)
     np.testing.assert_allclose(cube.normals(), corners / np.sqrt(3), atol=1e-12)
     assert len(cube.triangles) == 12 and len(cube.edges) == 12
@@ -107,7 +114,9 @@ def test_the_picture_shows_lips_eyes_and_teeth_where_they_are():
     assert still.shape == (240, camera.size[0], 3)
     x, y = camera.seen(HEAD.mesh.vertices[HEAD.mesh.of_part("pupil")])[0, :2].astype(int)
     assert still[y, x].max() < 120
-    mouth = camera.seen(HEAD.mesh.vertices[HEAD.curves["lips_inner"]])[:, :2].mean(axis=0).astype(int)
+    mouth = (
+        camera.seen(HEAD.mesh.vertices[HEAD.curves["lips_inner"]])[:, :2].mean(axis=0).astype(int)
+    )
     changed = np.abs(still.astype(int) - opened)[mouth[1] + 2 : mouth[1] + 12, mouth[0]]
     assert changed.max() > 60
     ground = (still == still[0, 0]).all(axis=2)

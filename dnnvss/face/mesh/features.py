@@ -31,8 +31,12 @@ def face_oval(mesh: Mesh, skin: np.ndarray) -> list[int]:
     found = []
     for at in np.arange(_ANGLES) * 2 * np.pi / _ANGLES:
         turn = np.abs((angle - at + np.pi) % (2 * np.pi) - np.pi)
-        cost = np.abs(n[:, 2] - _TURNED) + 3 * turn + 10 * ~(fit & outward) + 2 * np.maximum(
-            0.4 - np.hypot(*away.T), 0)
+        cost = (
+            np.abs(n[:, 2] - _TURNED)
+            + 3 * turn
+            + 10 * ~(fit & outward)
+            + 2 * np.maximum(0.4 - np.hypot(*away.T), 0)
+        )
         found.append(int(skin[cost.argmin()]))
     return list(dict.fromkeys(found))
 
@@ -59,8 +63,12 @@ def eye_discs(vertices: np.ndarray, eye: np.ndarray, moved: np.ndarray) -> Disc:
     centre = (ball.min(axis=0) + ball.max(axis=0)) / 2
     radius = _LIFT * np.ptp(ball, axis=0).max() / 2
     turn = np.arange(_SIDES) * 2 * np.pi / _SIDES
-    rings = [np.stack([np.sin(a) * np.cos(turn), np.sin(a) * np.sin(turn), np.full(_SIDES, np.cos(a))], axis=1)
-             for a in (_PUPIL, _IRIS)]
+    rings = [
+        np.stack(
+            [np.sin(a) * np.cos(turn), np.sin(a) * np.sin(turn), np.full(_SIDES, np.cos(a))], axis=1
+        )
+        for a in (_PUPIL, _IRIS)
+    ]
     made = centre + radius * np.concatenate([[[0.0, 0.0, 1.0]], *rings])
     k = np.arange(_SIDES)
     after = (k + 1) % _SIDES

@@ -16,10 +16,18 @@ UNIT = 1e-5
 """Metres of the whole numbers in which the packaged head keeps its vertices and shapes: exactly those of its source."""
 
 _HELD = {
-    "vertices": Held(("V", 3), "i"), "faces": Held(("N", 4), "u"), "part_of": Held(("N",), "u"),
-    "parts": Held(("A",), "U"), "names": Held(("S",), "U"), "counts": Held(("S",), "u"), "rows": Held(("R",), "u"),
-    "moved": Held(("R", 3), "i"), "curves": Held(("C",), "U"), "curve_counts": Held(("C",), "u"),
-    "curve_rows": Held(("Q",), "u")}
+    "vertices": Held(("V", 3), "i"),
+    "faces": Held(("N", 4), "u"),
+    "part_of": Held(("N",), "u"),
+    "parts": Held(("A",), "U"),
+    "names": Held(("S",), "U"),
+    "counts": Held(("S",), "u"),
+    "rows": Held(("R",), "u"),
+    "moved": Held(("R", 3), "i"),
+    "curves": Held(("C",), "U"),
+    "curve_counts": Held(("C",), "u"),
+    "curve_rows": Held(("Q",), "u"),
+}
 _REMEDY = "Install the package again"
 
 
@@ -61,10 +69,14 @@ class Head:
             DnnvssError: no curve has the name of a shape.
         """
         known = {name.lower(): k for k, name in enumerate(self.names)}
-        found = {known[name.lower()]: track for name, track in values.items() if name.lower() in known}
+        found = {
+            known[name.lower()]: track for name, track in values.items() if name.lower() in known
+        }
         if not found:
-            raise DnnvssError(f"none of the curves {', '.join(list(values)[:5])} is a shape of the head",
-                              remedy=f"Name them as the head does: {', '.join(self.names[:5])}, ...")
+            raise DnnvssError(
+                f"none of the curves {', '.join(list(values)[:5])} is a shape of the head",
+                remedy=f"Name them as the head does: {', '.join(self.names[:5])}, ...",
+            )
         weights = np.zeros((len(next(iter(found.values()))), len(self.names)), np.float32)
         for k, track in found.items():
             weights[:, k] = track
@@ -77,7 +89,9 @@ class Head:
             DnnvssError: the head has no such shape.
         """
         if name not in self.names:
-            raise DnnvssError(f"the head has no shape {name!r}", remedy=f"Use one of {', '.join(self.names)}")
+            raise DnnvssError(
+                f"the head has no shape {name!r}", remedy=f"Use one of {', '.join(self.names)}"
+            )
         return self.names.index(name)
 
 
@@ -89,13 +103,19 @@ def packaged_head() -> Head:
     :mod:`dnnvss.face.mesh.baking` made the file.
     """
     held = read_declared(HEAD_FILE, _HELD, _REMEDY)
-    mesh = Mesh(held["vertices"] * UNIT, held["faces"].astype(np.int64), tuple(map(str, held["parts"])),
-                held["part_of"])
+    mesh = Mesh(
+        held["vertices"] * UNIT,
+        held["faces"].astype(np.int64),
+        tuple(map(str, held["parts"])),
+        held["part_of"],
+    )
     names = tuple(map(str, held["names"]))
     shapes = np.zeros((len(names), len(mesh.vertices), 3), np.float32)
     owner = np.repeat(np.arange(len(names)), held["counts"])
     shapes[owner, held["rows"]] = held["moved"] * np.float32(UNIT)
-    return Head(mesh, names, shapes, split_rows(held["curves"], held["curve_counts"], held["curve_rows"]))
+    return Head(
+        mesh, names, shapes, split_rows(held["curves"], held["curve_counts"], held["curve_rows"])
+    )
 
 
 def split_rows(names: np.ndarray, counts: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray]:
@@ -106,5 +126,8 @@ def split_rows(names: np.ndarray, counts: np.ndarray, rows: np.ndarray) -> dict[
 
 def joined_rows(curves: Mapping[str, Sequence[int]]) -> dict[str, np.ndarray]:
     """The inverse of :func:`split_rows`, as arrays of the head's file."""
-    return {"curves": np.array(list(curves)), "curve_counts": np.array([len(c) for c in curves.values()], np.uint16),
-            "curve_rows": np.concatenate([np.asarray(c, np.uint16) for c in curves.values()])}
+    return {
+        "curves": np.array(list(curves)),
+        "curve_counts": np.array([len(c) for c in curves.values()], np.uint16),
+        "curve_rows": np.concatenate([np.asarray(c, np.uint16) for c in curves.values()]),
+    }

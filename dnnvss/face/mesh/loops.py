@@ -36,8 +36,11 @@ class EdgeLoops:
         while len(path) < most:
             before, here = path[-2:]
             beside = self.of_edge[frozenset((before, here))]
-            ahead = [n for n in self.neighbours[here]
-                     if n != before and not self.of_edge[frozenset((here, n))] & beside]
+            ahead = [
+                n
+                for n in self.neighbours[here]
+                if n != before and not self.of_edge[frozenset((here, n))] & beside
+            ]
             if len(self.neighbours[here]) != 4 or len(ahead) != 1:
                 return None
             if ahead[0] == first:

@@ -1,6 +1,6 @@
 """Where the points of a face lie on a head: by the names of their groups and their place along the contour."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +44,9 @@ def at_vertices(names: Sequence[str], vertices: Sequence[int]) -> Places:
     return Places(tuple(names), rows, rows, np.zeros(len(rows)))
 
 
-def match_contours(head: Head, contours: Mapping[str, Sequence[int]], neutral: np.ndarray) -> tuple[Places, np.ndarray]:
+def match_contours(
+    head: Head, contours: Mapping[str, Sequence[int]], neutral: np.ndarray
+) -> tuple[Places, np.ndarray]:
     """The places on a head of a face's points, and which of the points they are (n,).
 
     Points of a lip keep their share of the mouth's width, on the upper or lower side; points of the jaw their direction
@@ -60,8 +62,10 @@ def match_contours(head: Head, contours: Mapping[str, Sequence[int]], neutral: n
     """
     groups = {OTHER_NAMES.get(name, name): np.asarray(rows, int) for name, rows in contours.items()}
     if _LIPS[0] not in groups:
-        raise DnnvssError(f"none of the groups {', '.join(contours)} runs round the lips (lips_outer)",
-                          remedy="Name the groups of the markup as conf/aam and docs/face.md do")
+        raise DnnvssError(
+            f"none of the groups {', '.join(contours)} runs round the lips (lips_outer)",
+            remedy="Name the groups of the markup as conf/aam and docs/face.md do",
+        )
     middle = neutral[groups[_LIPS[0]], :2].mean(axis=0)
     on_head = head.mesh.vertices[head.curves[_LIPS[0]], :2].mean(axis=0)
     names, rows, parts = [], [], []
@@ -73,8 +77,14 @@ def match_contours(head: Head, contours: Mapping[str, Sequence[int]], neutral: n
         if name in _LIPS:
             parts.append(_by_width(fine, points))
         elif name == "face_oval" or name in _RINGS:
-            centres = (middle, on_head) if name == "face_oval" else (points.mean(axis=0), fine.points.mean(axis=0))
-            parts.append(fine.nearest(lambda p, c=centres: _turned(points - c[0], p - c[1])))
+            centres = (
+                (middle, on_head)
+                if name == "face_oval"
+                else (points.mean(axis=0), fine.points.mean(axis=0))
+            )
+            parts.append(
+                fine.taken(_turned(points - centres[0], fine.points - centres[1]).argmin(axis=1))
+            )
         else:
             parts.append(_by_length(fine, points))
         names += [f"{name}{k + 1:02d}" for k in range(len(mine))]
@@ -92,18 +102,18 @@ class _Fine:
         self.first, self.second = np.repeat(starts, _FINE), np.repeat(ends, _FINE)
         self.share = np.tile(np.arange(_FINE) / _FINE, len(starts))
         if not closed:
-            self.first, self.second = np.append(self.first, curve[-1]), np.append(self.second, curve[-1])
+            self.first, self.second = (
+                np.append(self.first, curve[-1]),
+                np.append(self.second, curve[-1]),
+            )
             self.share = np.append(self.share, 0.0)
         near, far = vertices[self.first], vertices[self.second]
         self.whole = near + self.share[:, None] * (far - near)
         self.points = self.whole[:, :2]
 
     def taken(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Two vertices and the share of the way between them, at some steps (n,)."""
         return self.first[at], self.second[at], self.share[at]
-
-    def nearest(self, cost: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What costs least (n,) of a cost (n, steps) of the curve's points."""
-        return self.taken(cost(self.points).argmin(axis=1))
 
 
 def _by_width(fine: _Fine, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -37,13 +37,19 @@ class Mesh:
     def __post_init__(self) -> None:
         check_size(len(self.vertices), len(self.faces))
         if not len(self.faces):
-            raise DnnvssError("a mesh without faces cannot be shown", remedy="Export it with its faces")
+            raise DnnvssError(
+                "a mesh without faces cannot be shown", remedy="Export it with its faces"
+            )
         if self.faces.min() < 0 or self.faces.max() >= len(self.vertices):
-            raise DnnvssError(f"a face names vertex {int(self.faces.max())}, and there are {len(self.vertices)}",
-                              remedy="Export the mesh again")
+            raise DnnvssError(
+                f"a face names vertex {int(self.faces.max())}, and there are {len(self.vertices)}",
+                remedy="Export the mesh again",
+            )
         if not (np.isfinite(self.vertices).all() and np.abs(self.vertices).max() <= _LARGEST):
-            raise DnnvssError("a vertex lies nowhere, or further away than any head is large",
-                              remedy="Export the mesh again")
+            raise DnnvssError(
+                "a vertex lies nowhere, or further away than any head is large",
+                remedy="Export the mesh again",
+            )
         if len(self.part_of) == 0:
             object.__setattr__(self, "part_of", np.zeros(len(self.faces), np.uint8))
 
@@ -68,11 +74,16 @@ class Mesh:
     @cached_property
     def spread(self) -> sparse.csr_array:
         """What sums the values of faces (N,) at their corners: a matrix (V, N)."""
-        corners = np.where(np.arange(4) == 3, np.where(self.faces[:, 2:3] == self.faces[:, 3:], -1, self.faces[:, 3:]),
-                           self.faces)
+        corners = np.where(
+            np.arange(4) == 3,
+            np.where(self.faces[:, 2:3] == self.faces[:, 3:], -1, self.faces[:, 3:]),
+            self.faces,
+        )
         face, side = np.nonzero(corners >= 0)
         ones = np.ones(len(face), np.float32)
-        return sparse.csr_array((ones, (corners[face, side], face)), shape=(len(self.vertices), len(self.faces)))
+        return sparse.csr_array(
+            (ones, (corners[face, side], face)), shape=(len(self.vertices), len(self.faces))
+        )
 
     def face_normals(self, vertices: np.ndarray | None = None) -> np.ndarray:
         """Normals (N, 3) of the faces, as long as twice their area.
@@ -85,8 +96,14 @@ class Mesh:
         flat = self.faces[:, 2] == self.faces[:, 3]
         across = np.where(flat[:, None], c - b, d - b)
         p, q = c - a, across
-        return np.stack([p[:, 1] * q[:, 2] - p[:, 2] * q[:, 1], p[:, 2] * q[:, 0] - p[:, 0] * q[:, 2],
-                         p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]], axis=1)
+        return np.stack(
+            [
+                p[:, 1] * q[:, 2] - p[:, 2] * q[:, 1],
+                p[:, 2] * q[:, 0] - p[:, 0] * q[:, 2],
+                p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0],
+            ],
+            axis=1,
+        )
 
     def normals(self, vertices: np.ndarray | None = None) -> np.ndarray:
         """Normals (V, 3) of length 1 at the vertices; zero at those of no face.
@@ -111,5 +128,8 @@ def check_size(vertices: int, faces: int = 0) -> None:
         DnnvssError: they are more.
     """
     if vertices > MOST_VERTICES or faces > MOST_FACES:
-        raise DnnvssError(f"a mesh of {vertices:,} vertices and {faces:,} faces is too large: {MOST_VERTICES:,} and "
-                          f"{MOST_FACES:,} are the most", remedy=_REMEDY)
+        raise DnnvssError(
+            f"a mesh of {vertices:,} vertices and {faces:,} faces is too large: {MOST_VERTICES:,} and "
+            f"{MOST_FACES:,} are the most",
+            remedy=_REMEDY,
+        )

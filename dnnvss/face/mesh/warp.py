@@ -43,16 +43,22 @@ def fit_warp(source: np.ndarray, target: np.ndarray, kernel: str = "linear") -> 
         DnnvssError: other numbers of points, fewer than four that span space, or an unknown kernel.
     """
     if kernel not in KERNELS:
-        raise DnnvssError(f"no kernel is named {kernel!r}", remedy=f"Use one of {', '.join(KERNELS)}")
+        raise DnnvssError(
+            f"no kernel is named {kernel!r}", remedy=f"Use one of {', '.join(KERNELS)}"
+        )
     if source.shape != target.shape or source.ndim != 2:
-        raise DnnvssError(f"{len(source)} points cannot be taken to {len(target)}", remedy="Name as many of both")
+        raise DnnvssError(
+            f"{len(source)} points cannot be taken to {len(target)}", remedy="Name as many of both"
+        )
     origin = source.mean(axis=0)
     size = float(np.sqrt(((source - origin) ** 2).sum(axis=1).mean())) or 1.0
     own, goal = _merged((source - origin) / size, target)
     spread = np.linalg.svd(own - own.mean(axis=0), compute_uv=False)
     if len(own) < own.shape[1] + 1 or spread[-1] < 1e-6 * spread[0]:
-        raise DnnvssError(f"{len(own)} points that lie in a line or a plane say nothing of space",
-                          remedy="Name points of the lips, the nose and the chin, some of them further back")
+        raise DnnvssError(
+            f"{len(own)} points that lie in a line or a plane say nothing of space",
+            remedy="Name points of the lips, the nose and the chin, some of them further back",
+        )
     distances = np.sqrt(((own[:, None] - own) ** 2).sum(axis=2))
     near = float(np.median(np.sort(distances, axis=1)[:, 1]))
     made = RBFInterpolator(own, goal, kernel=kernel, degree=_DEGREE, epsilon=1 / max(near, 1e-9))
@@ -61,7 +67,9 @@ def fit_warp(source: np.ndarray, target: np.ndarray, kernel: str = "linear") -> 
 
 def _merged(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The points without those that fall together."""
-    _, first, of = np.unique(np.round(source / _SAME), axis=0, return_index=True, return_inverse=True)
+    _, first, of = np.unique(
+        np.round(source / _SAME), axis=0, return_index=True, return_inverse=True
+    )
     of = of.ravel()
     count = np.bincount(of)[:, None]
     goal = np.stack([np.bincount(of, weights=column) for column in target.T], axis=1) / count
