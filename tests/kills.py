@@ -199,10 +199,22 @@ def made(folder: Path) -> Path:
         words[0] = tuple("corpus.sentences=8" if "sentences" in str(w) else w for w in words[0])
         for each in words:
             assert run(each, folder / "log") == 0, (folder / "log").read_text()
-        _recorded(home)
-        _labelled(home)
+        _in_fork(lambda: (_recorded(home), _labelled(home)))
         shutil.copytree(home, base)
     return base
+
+
+def _in_fork(work: Callable[[], Any]) -> None:
+    """Do what opens videos in a fork: threads of a decoder that is not closed yet would hang the forks of trials."""
+    if child := os.fork():
+        assert not os.waitpid(child, 0)[1]
+        return
+    status = 1
+    try:
+        work()
+        status = 0
+    finally:
+        os._exit(status)
 
 
 def _recorded(home: Path) -> None:

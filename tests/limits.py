@@ -23,9 +23,9 @@ import kills
 
 COMMANDS = ("prepare", "recordings", "train", "speak", "export", "compare", "label", "import", "track", "figure",
             "face-figures", "units")
-MEMORY = (600, 700, 850, 1000, 1500, 3000)
+MEMORY = (600, 800, 1000, 1500)
 """Megabytes."""
-HANDLES = (16, 20, 24, 32, 48, 64, 128)
+HANDLES = (16, 32, 64, 128)
 """Open files."""
 SHORT = ("the system is short of", "there was too little memory")
 """What a command says that ends because of a limit."""

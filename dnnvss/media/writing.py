@@ -107,7 +107,7 @@ class _Sound:
     """Mono samples on their way into a container's AAC stream."""
 
     def __init__(self, container: Any, samples: np.ndarray, rate: int) -> None:
-        samples = np.clip(np.asarray(samples, dtype=np.float32).reshape(-1), -1, 1)
+        samples = np.asarray(samples, dtype=np.float32).reshape(-1)
         self.rate = rate if rate in _AAC_RATES else SOUND_RATE
         self.samples = samples if self.rate == rate else _resampled(samples, rate, self.rate)
         self.container, self.done = container, 0
@@ -117,7 +117,7 @@ class _Sound:
     def write_until(self, seconds: float) -> None:
         """Encode the whole blocks that begin before a time."""
         while self.done < min(seconds * self.rate, len(self.samples)):
-            block = self.samples[None, self.done:self.done + _AAC_BLOCK]
+            block = np.clip(self.samples[None, self.done:self.done + _AAC_BLOCK], -1, 1)
             frame = av.AudioFrame.from_ndarray(np.ascontiguousarray(block), format="fltp", layout="mono")
             frame.sample_rate, frame.pts, frame.time_base = self.rate, self.done, Fraction(1, self.rate)
             self.container.mux(self.stream.encode(frame))
@@ -131,7 +131,7 @@ class _Sound:
 
 def _resampled(samples: np.ndarray, source: int, target: int) -> np.ndarray:
     resampler = av.AudioResampler(format="flt", layout="mono", rate=target)
-    frame = av.AudioFrame.from_ndarray(samples[None], format="flt", layout="mono")
+    frame = av.AudioFrame.from_ndarray(np.clip(samples[None], -1, 1), format="flt", layout="mono")
     frame.sample_rate = source
     blocks = [*resampler.resample(frame), *resampler.resample(None)]
     return np.concatenate([b.to_ndarray().reshape(-1) for b in blocks])

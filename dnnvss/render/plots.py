@@ -15,9 +15,10 @@ from dnnvss.render.pictures import still
 from dnnvss.timing import FrameClock, Tier
 
 COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
-_LINE, _LINES, _CROWD = 100, 30, 200
-"""Phones of a line of a plot over time, from which it goes on in another line below; lines of a plot at most; and
-phones of a line from which they go without labels, which could not be read."""
+_LINE, _LINES, _CROWD, _DOTS = 100, 30, 200, 4000
+"""Phones of a line of a plot over time, from which it goes on in another line below; lines of a plot at most; phones of
+a line from which they go without labels and edges, which could not be told apart; and values of a line from which its
+least and greatest are drawn of as many together as a dot holds."""
 
 
 def plot_trajectories(
@@ -66,7 +67,7 @@ def plot_panels(path: str | Path, panels: Mapping[str, Mapping[str, np.ndarray]]
     for row, axes in enumerate(every):
         (label, series), span = list(panels.items())[row % len(panels)], lines[row // len(panels)]
         for colour, (name, values) in zip(COLOURS * len(series), series.items(), strict=False):
-            axes.plot(clock.centres(len(values)), values, label=name, color=colour, linewidth=1.4)
+            axes.plot(*_within(clock, values, span), label=name, color=colour, linewidth=1.4)
         _edges(axes, phones, span, "#bbbbbb")
         _labels(axes, phones, span)
         axes.set(xlim=span, ylabel=label)
@@ -98,12 +99,12 @@ def plot_residual(path: str | Path, series: Mapping[str, np.ndarray], rate: Frac
         title: text above.
     """
     clock = FrameClock(rate)
-    times, lines = clock.centres(len(valid)), _lines(phones, 0.0, clock.seconds(len(valid)))
+    lines = _lines(phones, 0.0, clock.seconds(len(valid)))
     figure = new_figure(_width(phones), (1.9 * len(series) + 0.4) * len(lines))
     every = figure.subplots(len(series) * len(lines), 1, squeeze=False)[:, 0].reshape(len(lines), len(series))
     for rows, span in zip(every, lines, strict=True):
         for axes, colour, (name, values) in zip(rows, COLOURS[1:] * len(series), series.items(), strict=False):
-            axes.plot(times, values, color=colour, linewidth=1.4)
+            axes.plot(*_within(clock, values, span), color=colour, linewidth=1.4)
             axes.axhline(float(np.median(values[valid])) if valid.any() else np.nan, color="#999999", linewidth=0.8,
                          linestyle="--")
             for first, end in _runs(~valid):
@@ -128,8 +129,20 @@ def _lines(phones: Tier, start: float, end: float) -> list[tuple[float, float]]:
     return list(pairwise(edges))
 
 
+def _within(clock: FrameClock, values: np.ndarray, span: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values of a line of a plot, a frame beyond it at both ends; of many, those that can be seen."""
+    first, last = max(clock.edge(span[0]) - 1, 0), min(clock.edge(span[1]) + 1, len(values))
+    every = -(-(last - first) // _DOTS)
+    if every <= 1:
+        return clock.centres(len(values))[first:last], values[first:last]
+    whole = values[first : first + (last - first) // every * every].reshape(-1, every)
+    shown = np.column_stack([whole.min(axis=1), whole.max(axis=1)]).ravel()
+    return np.repeat(clock.centres(len(values))[first + every // 2 :: every][: len(whole)], 2), shown
+
+
 def _edges(axes: Any, phones: Tier, span: tuple[float, float], colour: str) -> None:
-    for edge in phones.edges[(phones.edges >= span[0]) & (phones.edges <= span[1])]:
+    edges = phones.edges[(phones.edges >= span[0]) & (phones.edges <= span[1])]
+    for edge in edges if len(edges) <= _CROWD else ():
         axes.axvline(edge, color=colour, linewidth=0.6, zorder=0)
 
 
