@@ -6,10 +6,12 @@ import json
 import os
 import re
 import tempfile
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -198,11 +200,38 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
+@dataclass(frozen=True)
+class Rows:
+    """An array that is written part by part, so that one part at a time is in memory.
+
+    Args:
+        shape: of the whole.
+        dtype: of its values.
+        parts: rows of it, in order.
+    """
+
+    shape: tuple[int, ...]
+    dtype: Any
+    parts: Iterable[np.ndarray]
+
+
 def write_arrays(path: str | Path, **arrays: Any) -> Path:
-    """Write named arrays as an uncompressed ``.npz`` and return the path."""
-    with replacing(path) as temporary:
-        np.savez(temporary, **arrays)
+    """Write named arrays, or :class:`Rows`, as an uncompressed ``.npz`` and return the path."""
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
+        for name, value in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                if isinstance(value, Rows):
+                    _write_rows(member, value)
+                else:
+                    np.lib.format.write_array(member, np.asanyarray(value), allow_pickle=False)
     return Path(path)
+
+
+def _write_rows(member: IO[bytes], rows: Rows) -> None:
+    descr = np.lib.format.dtype_to_descr(np.dtype(rows.dtype))
+    np.lib.format.write_array_header_1_0(member, {"descr": descr, "fortran_order": False, "shape": rows.shape})
+    for part in rows.parts:
+        member.write(np.ascontiguousarray(part, rows.dtype).data)
 
 
 def mapped(parts: Iterable[np.ndarray], folder: str | Path) -> np.ndarray:

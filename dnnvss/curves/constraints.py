@@ -1,7 +1,7 @@
 """Constraints in the solve of parameter generation: closures, contacts, keys and ranges that a trajectory must keep."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -95,11 +95,11 @@ class Constraints:
         arrays: dict[str, Any] = {name: getattr(self, name)[indices] for name in _ARRAYS}
         return Constraints(**arrays, labels=tuple(self.labels[i] for i in indices))
 
-    def matrix(self, frames: int, windows: Windows) -> scipy.sparse.csr_array:
-        """Return the functionals as a sparse matrix (M, T * D) over the trajectory read frame by frame.
+    def check(self, frames: int, windows: Windows) -> None:
+        """Refuse constraints outside a trajectory, or on streams that the windows lack.
 
         Raises:
-            DnnvssError: a constraint outside the trajectory, or on a stream that the windows lack.
+            DnnvssError: there is one.
         """
         for i in np.flatnonzero((self.frames < 0) | (self.frames >= frames) | (self.streams >= len(windows))):
             raise DnnvssError(
@@ -107,6 +107,19 @@ class Constraints:
                 f"trajectory has {frames} frames of {len(windows)} streams",
                 remedy="Give times inside the utterance",
             )
+
+    def within(self, around: slice) -> "Constraints":
+        """The constraints on a slice of the frames, counted from its start."""
+        own = self.taken(np.flatnonzero((self.frames >= around.start) & (self.frames < around.stop)))
+        return replace(own, frames=own.frames - around.start)
+
+    def matrix(self, frames: int, windows: Windows) -> scipy.sparse.csr_array:
+        """Return the functionals as a sparse matrix (M, T * D) over the trajectory read frame by frame.
+
+        Raises:
+            DnnvssError: a constraint outside the trajectory, or on a stream that the windows lack.
+        """
+        self.check(frames, windows)
         columns = self.vectors.shape[1]
         rows, at, weights = [], [], []
         for w in range(len(windows)):

@@ -1,5 +1,6 @@
 """Reading and writing video and sound through PyAV and scipy."""
 
+import wave
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -8,7 +9,6 @@ from typing import Any
 
 import av
 import numpy as np
-import scipy.io.wavfile
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -19,6 +19,8 @@ from dnnvss.shortages import shortage_of
 
 SPEECH_RATE = 16000
 """Samples a second at which speech is analysed: prepared corpora, alignment, acoustics."""
+
+_BLOCK = 2**20  # samples that are written at once
 
 SOUND_RATE = 48000
 """Samples a second of the sound of videos that are written."""
@@ -162,6 +164,9 @@ def timed_audio(path: str | Path, rate: int = SPEECH_RATE) -> tuple[np.ndarray, 
 
 def write_wav(path: str | Path, samples: np.ndarray, rate: int) -> Path:
     """Write mono float samples (n,) in [-1, 1] as 16-bit PCM and return the path; louder samples are clipped."""
-    with files.replacing(path) as temporary:
-        scipy.io.wavfile.write(temporary, rate, (np.clip(samples, -1, 1) * 32767).astype(np.int16))
+    with files.replacing(path) as temporary, wave.open(str(temporary), "wb") as sound:
+        sound.setparams((1, 2, rate, len(samples), "NONE", ""))
+        for start in range(0, len(samples), _BLOCK):
+            block = np.clip(samples[start : start + _BLOCK], -1, 1) * 32767
+            sound.writeframesraw(block.astype("<i2").tobytes())
     return Path(path)

@@ -130,7 +130,9 @@ def _lines(phones: Tier, start: float, end: float) -> list[tuple[float, float]]:
 
 
 def _within(clock: FrameClock, values: np.ndarray, span: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Times and values of a line of a plot, a frame beyond it at both ends; of many, those that can be seen."""
+    """Times and values for a line of a plot; of many, those of the line and a frame more that can be seen."""
+    if len(values) <= _DOTS:
+        return clock.centres(len(values)), values
     first, last = max(clock.edge(span[0]) - 1, 0), min(clock.edge(span[1]) + 1, len(values))
     every = -(-(last - first) // _DOTS)
     if every <= 1:

@@ -8,10 +8,11 @@ import numpy as np
 
 from dnnvss.curves.constraints import Constraints, constrain
 from dnnvss.curves.mlpg import mlpg
+from dnnvss.curves.passages import cut, in_passages
 from dnnvss.curves.variance import articulate, dial
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.settings import check_settings, setting
-from dnnvss.style.rules import rest_in_silence, silent_frames
+from dnnvss.style.rules import pulled_to_rest, silent_frames
 from dnnvss.style.talker import LIP_RULES, RAMP, Talker
 from dnnvss.style.within import Reach
 from dnnvss.timing import FrameClock, Tier
@@ -103,12 +104,11 @@ def generate(
     style = style or Style()
     frames, columns = len(mean), mean.shape[2]
     unknown = talker.unknown
+    quiet = None
     if style.rest and "rest" not in unknown:
-        dtype = mean.dtype
-        mean, variance = rest_in_silence(mean, variance, tier, clock, talker.rest, talker.rest_deviation,
-                                         style.anticipation, style.release)
-        mean = mean.astype(dtype)
-    x = mlpg(mean, variance, windows)
+        quiet = silent_frames(tier, clock, frames, style.anticipation, style.release)
+    given = _Given(mean, variance, quiet, talker)
+    x = in_passages(frames, lambda around: mlpg(*given(around), windows))
     if style.articulation is not None or style.by_group:
         base = 1.0 if style.articulation is None else style.articulation
         setting = dial(columns, base, style.groups, **style.by_group)
@@ -123,7 +123,39 @@ def generate(
         if getattr(style, name) and name not in unknown:
             phones = rule.rule(talker.levels[rule.gauge])
             held.append(phones.constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
-    return _held(x, held, constraints, reach, lambda rows: constrain(x, variance, Constraints.joined(rows), windows))
+
+    def solved(rows: list[Constraints]) -> np.ndarray:
+        """The trajectory that holds all of them."""
+        every = Constraints.joined(rows)
+        every.check(frames, windows)
+        return in_passages(frames, lambda around: constrain(x[around], given(around)[1], every.within(around), windows))
+
+    return _held(x, held, constraints, reach, solved)
+
+
+@dataclass(frozen=True)
+class _Given:
+    """A prediction with rest in silence, a slice at a time.
+
+    Args:
+        mean, variance: the prediction.
+        quiet: (T,) bool, frames that are pulled to rest; None for none.
+        talker: whose rest.
+    """
+
+    mean: np.ndarray
+    variance: Any
+    quiet: np.ndarray | None
+    talker: Talker
+
+    def __call__(self, around: slice) -> tuple[np.ndarray, Any]:
+        """Mean and variance of a slice of the frames, the mean in its own dtype."""
+        mean, variance = self.mean[around], cut(self.variance, len(self.mean), around)
+        if self.quiet is None:
+            return mean, variance
+        rest, deviation = self.talker.rest, self.talker.rest_deviation
+        joined, variance = pulled_to_rest(mean, variance, self.quiet[around], rest, deviation)
+        return joined.astype(mean.dtype), variance
 
 
 def _held(x: np.ndarray, rules: list[Constraints], wanted: Constraints | None, reach: Reach | None,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from dnnvss.curves import Constraints, mlpg
+from dnnvss.curves.passages import cut, in_passages
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face, Gauge
 from dnnvss.settings import setting
@@ -97,7 +98,9 @@ class Generator:
         prediction, task = self.model.predict(example), self.task
         phones = tier or example.alignment["phones"]
         if style.plain and not keys:
-            return np.asarray(mlpg(prediction.mean, prediction.variance, task.windows))
+            mean, variance = prediction.mean, prediction.variance
+            return in_passages(len(mean), lambda around: np.asarray(
+                mlpg(mean[around], cut(variance, len(mean), around), task.windows)))
         constraints: Constraints | None = None
         if keys:
             constraints = key_constraints(keys, held or {}, task.clock, len(prediction.mean), phones)

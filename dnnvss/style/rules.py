@@ -147,13 +147,24 @@ def rest_in_silence(
     Raises:
         DnnvssError: a deviation or a variance that is not positive.
     """
+    at = silent_frames(tier, clock, len(mean), anticipation, release)
+    return pulled_to_rest(mean, variance, at, rest, deviation)
+
+
+def pulled_to_rest(mean: np.ndarray, variance: np.ndarray, at: np.ndarray, rest: np.ndarray,
+                   deviation: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and variance (T, W, D) as :func:`rest_in_silence` gives them.
+
+    Args:
+        mean, variance, rest, deviation: as there.
+        at: (T,) bool, the frames that are pulled.
+    """
     pull = np.broadcast_to(np.asarray(deviation, float), mean.shape[2:])
     if not (pull > 0).all():
         raise DnnvssError(f"a pull to rest of deviation {pull.min()} was asked for", remedy="Give a positive deviation")
     mean = np.array(mean, dtype=float)
     precision_of(variance, torch.from_numpy(mean))  # names a variance that cannot be used
     variance = np.array(np.broadcast_to(variance, mean.shape), dtype=float)
-    at = silent_frames(tier, clock, len(mean), anticipation, release)
     trust = 1.0 / (1.0 + pull**2 / variance[at, 0])  # the share of the pull in the joined observation
     for w in range(mean.shape[1]):
         target = rest if w == 0 else 0.0

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -82,8 +83,11 @@ def _tried(path: Path, step: Callable[[], Any]) -> DnnvssError | None:
 
 def write_trajectory(path: Path, spoken: Spoken) -> Path:
     """Write parameters, their names, points and rate as ``.npz`` and return the path."""
+    parts = spoken.points()
+    first = next(parts)
+    points = files.Rows((len(spoken.trajectory), *first.shape[1:]), np.float32, chain([first], parts))
     return files.write_arrays(path, parameters=spoken.trajectory.astype(np.float32), rate=float(spoken.clock.rate),
-                              columns=np.array(spoken.run.face.names), points=spoken.points.astype(np.float32))
+                              columns=np.array(spoken.run.face.names), points=points)
 
 
 def draw(path: Path, spoken: Spoken) -> Path:

@@ -25,6 +25,9 @@ from dnnvss.visemes import TIER
 OF_PHONES = ("closures", "contacts", "rest")
 """What a style does where phones are known, and leaves where they are not."""
 
+PART = 4096
+"""Frames whose points are worked out at once."""
+
 
 @dataclass(frozen=True)
 class Spoken:
@@ -70,10 +73,11 @@ class Spoken:
         """Parameters (F, D), a row for each picture of the video."""
         return resample(self.trajectory, self.clock, self.stage.clock)
 
-    @property
-    def points(self) -> np.ndarray:
-        """Points (T, P, 2) in pixels of the pictures, on the run's clock."""
-        return self.stage.pictures.points_in_image(self.trajectory)
+    def points(self) -> Iterator[np.ndarray]:
+        """Yield the points in pixels of the pictures, on the run's clock, some frames (F, P, 2) at a time."""
+        part = max(len(self.trajectory), 1) if self.request.scene.footage else PART  # footage is spread over the whole
+        for start in range(0, len(self.trajectory), part):
+            yield self.stage.pictures.points_in_image(self.trajectory[start : start + part])
 
     def frames(self) -> Iterator[np.ndarray]:
         """Yield the pictures of the video, uint8 RGB (H, W_, 3)."""

@@ -1,0 +1,40 @@
+"""Long trajectories a passage at a time: what a frame does to another dies out, so that the far ones need no memory."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+LONG = 60_000
+"""Frames up to which an utterance is worked on as a whole: ten minutes at a hundred a second."""
+_PASSAGE, _MARGIN = 30_000, 2_000
+"""Frames of a passage, and of what is looked at on either side of it."""
+
+
+def in_passages(frames: int, work: Callable[[slice], np.ndarray]) -> np.ndarray:
+    """The rows (T, ...) that ``work`` gives, in passages where there are more than :data:`LONG`.
+
+    Memory beside the result is that of a passage. The influence of frames on each other in the equations of parameter
+    generation falls below rounding long before the margin ends, so that the result is that of the whole to rounding.
+
+    Args:
+        frames: T.
+        work: gives the rows of a slice of the frames, a passage with its margins.
+    """
+    if frames <= LONG:
+        return work(slice(0, frames))
+    out: np.ndarray | None = None
+    for first in range(0, frames, _PASSAGE):
+        last = min(first + _PASSAGE, frames)
+        around = slice(max(first - _MARGIN, 0), min(last + _MARGIN, frames))
+        rows = work(around)[first - around.start : last - around.start]
+        if out is None:
+            out = np.empty((frames, *rows.shape[1:]), rows.dtype)
+        out[first:last] = rows
+    assert out is not None
+    return out
+
+
+def cut(variance: Any, frames: int, around: slice) -> Any:
+    """The part of variances that broadcast to (T, W, D), itself where all frames share them."""
+    return variance[around] if np.ndim(variance) == 3 and len(variance) == frames else variance
