@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_prep.pipeline import prepare
+from data_prep.pipeline import Then, prepare
+from data_prep.points import nets
 from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.shelf import Shelf
 from data_prep.splits import read_splits
@@ -11,7 +12,7 @@ from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
-from dnnvss.face.landmarker import ROWS, find_task, mesh_groups
+from dnnvss.face.landmarker import ROWS, mesh_groups
 from dnnvss.formats import LAYOUT_68, MESHES, Marks, read_landmarks, read_marks
 from dnnvss.formats.htk import holds_times, is_transcript
 from dnnvss.media.folders import VIDEOS
@@ -31,7 +32,8 @@ _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .p
 def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", variant: str = "en_us",
                    lexicon: Mapping[str, str] | None = None, credit: str = "", val: float = 0.05, test: float = 0.05,
                    sync: bool = False, dim: int = 2, rate: int | float | str | None = None,
-                   landmarker: str | None = None, jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
+                   landmarker: str | None = None, jobs: int = -1, backend: str = "loky", strict: bool = False,
+                   then: Then = prepare) -> Path:
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
@@ -60,6 +62,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         landmarker: ``face_landmarker.task`` where no package brings it, for videos without landmarks.
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
+        then: what is done with what was found.
 
     Raises:
         DnnvssError: no recording, unknown groups of landmarks, no rate, or nothing is left.
@@ -69,15 +72,16 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         raise DnnvssError(f"corpus.importer.dim is {dim!r}", remedy="Give 2 for points in the picture, 3 in space")
     shelf = Shelf(raw)
     videos = _recordings(shelf)
-    task = None if any(shelf.landmarks(i) for i in videos) else find_task(landmarker)
-    sources = [_source(shelf, i, video, variant, task is not None) for i, video in sorted(videos.items())]
+    given = any(shelf.landmarks(i) for i in videos)
+    task, lacking = (None, None) if given else nets(landmarker)
+    sources = [_source(shelf, i, video, variant, not given) for i, video in sorted(videos.items())]
     marks, rows = _marks(raw, sources, dim)
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
     own = marks.rate if rate is None else str(rate)
     recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
                     lexicon=own_lexicon(lexicon), sync=sync, rows=rows, task=task,
-                    speech_valid=SEEN)
-    return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
+                    lacking=lacking, speech_valid=SEEN)
+    return then(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 
 def _recordings(raw: Shelf) -> dict[str, Path | None]:

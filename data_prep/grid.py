@@ -7,13 +7,14 @@ recognition", J. Acoust. Soc. Am. 120(5), 2006.
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_prep.pipeline import prepare
+from data_prep.pipeline import Then, prepare
+from data_prep.points import nets
 from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
-from dnnvss.face.landmarker import find_task, mesh_groups
+from dnnvss.face.landmarker import mesh_groups
 from dnnvss.formats import Marks, read_grid_align, read_marks
 from dnnvss.media.folders import is_visible
 
@@ -57,7 +58,7 @@ def words_of(name: str) -> tuple[str, ...] | None:
 def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", variant: str = "en_gb",
                  lexicon: Mapping[str, str] | None = None, sound_delay: Mapping[str, float] | None = None,
                  word_slack: float = 0.25, sync: bool = True, landmarker: str | None = None, jobs: int = -1,
-                 backend: str = "loky", strict: bool = False) -> Path:
+                 backend: str = "loky", strict: bool = False, then: Then = prepare) -> Path:
     """Return the folder of the prepared corpus.
 
     Videos are ``video/*.mp4``, ``raw/*.mpg`` (the corpus's own MPEG-1) or ``*.mpg`` in ``raw`` itself; where an id has
@@ -78,22 +79,24 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
         landmarker: ``face_landmarker.task`` where no package brings it, for a corpus without landmarks.
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
+        then: what is done with what was found.
 
     Raises:
         DnnvssError: there is no video, no description of the landmarks, or nothing is left.
     """
     raw = Path(raw)
     videos = _videos(raw)
-    task = None if (raw / "landmarks").exists() else find_task(landmarker)
-    marks = read_marks(raw / "landmarks.json") if task is None else Marks(mesh_groups())
+    given = (raw / "landmarks").exists()
+    task, lacking = (None, None) if given else nets(landmarker)
+    marks = read_marks(raw / "landmarks.json") if given else Marks(mesh_groups())
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, CREDIT)
     recipe = Recipe(info, read_splits(raw / "splits"), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
                     scale=marks.scale, lexicon=LEXICON | own_lexicon(lexicon), slack=word_slack,
-                    sync=sync, task=task)
+                    sync=sync, task=task, lacking=lacking)
     delays = SOUND_DELAY | dict(sound_delay or {})
-    sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0), task is not None)
+    sources = [_source(raw, i, video, delays.get(video.suffix.lower(), 0.0), not given)
                for i, video in sorted(videos.items())]
-    return prepare(sources, recipe, Workshop(Path(out), jobs, backend, strict))
+    return then(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 
 def _videos(raw: Path) -> dict[str, Path]:

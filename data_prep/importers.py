@@ -127,6 +127,11 @@ class Importer:
             raise DnnvssError(f"{self._named} is no function", remedy="Give MODULE.FUNCTION")
         return found
 
+    @property
+    def looks(self) -> bool:
+        """Whether the function can take a first look: it takes what is done ``then`` with what it found."""
+        return "then" in signature(self.load()).parameters
+
     def call(self, out: Path, common: Mapping[str, Any]) -> None:
         """Let the function make the corpus.
 

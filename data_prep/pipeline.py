@@ -1,6 +1,6 @@
 """From the recordings of an importer to a prepared corpus: media, landmarks, check-up, alignment, report."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -19,6 +19,9 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import Alignment
 
+Then = Callable[[Iterable[Source], Recipe, Workshop], Path]
+"""What an importer does with what it found: it prepares the corpus, or takes a first look."""
+
 
 def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
     """Return the folder of the prepared corpus after every stage has run.
@@ -28,6 +31,8 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
             (strict) an utterance would be dropped.
     """
     sources = list(sources)
+    if recipe.lacking is not None:
+        raise recipe.lacking
     if not sources:
         raise DnnvssError("there is no recording to prepare", remedy="Set corpus.raw to the folder with the recordings")
     notes: list[str] = []
@@ -40,7 +45,7 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         print(note)
     try:
         for source in sources:
-            if problem := source.problem or _unfit_id(source.id):
+            if problem := source.problem or unfit_id(source.id):
                 run.drop(source.id, problem)
         made = recorded(run)
         found(run, made)
@@ -57,7 +62,7 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         shop.sweep()
 
 
-def _unfit_id(name: str) -> str:
+def unfit_id(name: str) -> str:
     """Why an id cannot stand on a line of a split file; nothing where it can."""
     if (shown := files.printable(name)) != name:
         return f"the name {shown} is not UTF-8: rename its files"

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.landmarker import Landmarker, as_arrays, follow, mesh_groups, talker
+from dnnvss.face.landmarker import Landmarker, as_arrays, find_task, follow, mesh_groups, talker
 from dnnvss.formats import Landmarks, write_npz
 from dnnvss.media import SPEECH_RATE, read_audio, video_frames
 
@@ -52,6 +52,18 @@ def find_points(name: str, out: Path, video: Path, sound: Path | None, rate: str
                           remedy="Cut the recording to where the face is seen from the front, or give its landmarks")
     write_npz(out / ".stages" / FOUND / f"{name}.npz", Landmarks(points, valid))
     return {"notes": [n for n in (note, _turned(points[valid])) if n]}
+
+
+def nets(named: str | Path | None) -> tuple[Path | None, DnnvssError | None]:
+    """The file of the nets, or why there is none.
+
+    Args:
+        named: the file that the user names, None for that of a package.
+    """
+    try:
+        return find_task(named), None
+    except DnnvssError as error:
+        return None, error
 
 
 @lru_cache(maxsize=1)

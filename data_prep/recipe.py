@@ -67,6 +67,7 @@ class Recipe:
         speech_valid: share of the frames of speech that must have landmarks.
         rows: the points of a frame that are kept, in their new order; all of them where None.
         task: the file of the nets that find landmarks; None where every recording brings its own.
+        lacking: why landmarks that are needed cannot be found.
     """
 
     info: CorpusInfo
@@ -86,6 +87,7 @@ class Recipe:
     speech_valid: float = 0.9
     rows: tuple[int, ...] | None = None
     task: Path | None = None
+    lacking: DnnvssError | None = None
 
 
 def own_lexicon(given: Mapping[str, Any] | None) -> dict[str, str]:

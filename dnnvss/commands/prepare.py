@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from omegaconf import DictConfig
 
+from data_prep.look import first_look
 from dnnvss import files
 from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import run_command, typed_settings
@@ -30,6 +31,11 @@ def job(config: DictConfig) -> None:
     if corpus.raw is None and settings.corpus.recorded:
         raise UsageError("corpus.raw is not set", remedy="Add corpus.raw=... to the command")
     out = corpus.out
+    if settings.look:
+        if not importer.looks:
+            raise UsageError("look=true takes a look at recordings, and there are none here", remedy="Leave it out")
+        importer.call(out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend, "then": first_look})
+        return
     files.make_folder(out.parent)
     with locked(out, f"waiting for the command that prepares {out}"), changing(out):
         importer.call(out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend,

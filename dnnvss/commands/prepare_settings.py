@@ -82,3 +82,4 @@ class PrepareSettings:
     jobs: int = setting(-1, least=-1, nonzero=True)
     backend: str = setting("loky", choices=("loky", "multiprocessing", "threading", "dask", "ray"))
     strict: bool = False
+    look: bool = False

@@ -132,8 +132,9 @@ def _one_face(column: Mapping[str, np.ndarray], points: np.ndarray) -> tuple[np.
     found = (column["success"] > 0) & np.isfinite(points).all(axis=(1, 2))
     high = np.where(found, np.ptp(np.nan_to_num(points[..., 1]), axis=1), 0.0)
     sure = np.nan_to_num(column["confidence"]) if "confidence" in column else np.zeros(len(points))
-    numbers = np.unique(column["face_id"])
-    rows = {face: column["face_id"] == face for face in numbers}
+    faces = np.nan_to_num(column["face_id"], nan=-1)  # rows without a number are of no face that is known
+    numbers = np.unique(faces)
+    rows = {face: faces == face for face in numbers}
     best = max(numbers, key=lambda face: (high[rows[face]].sum(), sure[rows[face]].sum()))
     return np.asarray(rows[best]), int(sum(found[r].any() for r in rows.values()))
 

@@ -31,18 +31,24 @@ class Coverage:
     Args:
         phones: how often each was heard.
         pairs: neighbouring sounds, silence at the ends and pauses, that were heard.
-        triphones: how many different ones.
+        heard: the triphones, written ``left-phone+right``.
     """
 
     phones: Counter[str]
     pairs: frozenset[tuple[str, str]]
-    triphones: int
+    heard: frozenset[str]
 
     @classmethod
     def of(cls, phones: Counter[str], triphones: Collection[str]) -> "Coverage":
         """The coverage of counted phones and of triphones, written ``left-phone+right``."""
         parts = [name.replace("+", "-").split("-") for name in triphones]
-        return cls(phones, frozenset(pair for a, b, c in parts for pair in ((a, b), (b, c))), len(triphones))
+        return cls(phones, frozenset(pair for a, b, c in parts for pair in ((a, b), (b, c))),
+                   frozenset(triphones))
+
+    @property
+    def triphones(self) -> int:
+        """How many different triphones were heard."""
+        return len(self.heard)
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -82,6 +88,17 @@ def next_prompts(coverage: Coverage, variant: str, count: int = 10) -> list[str]
     return chosen
 
 
+def unsaid(coverage: Coverage, variant: str) -> tuple[list[str], int]:
+    """The triphones of ordinary sentences that were not heard, the most frequent first, and how many there are in all.
+
+    Args:
+        coverage: what was heard.
+        variant: of English.
+    """
+    wanted = Counter(triphone for own in prompt_triphones(variant).values() for triphone in own)
+    return [t for t, _ in wanted.most_common() if t not in coverage.heard], len(wanted)
+
+
 def _worth(own: Pairs, pairs: Collection[tuple[str, str]], phones: Collection[str]) -> int:
     new = {p for pair in own for p in pair} - {SILENCE} - set(phones)
     return len(own.keys() - set(pairs)) + NEW_PHONE * len(new)
@@ -95,4 +112,16 @@ def prompts() -> Sequence[str]:
 @cache
 def prompt_pairs(variant: str) -> dict[str, Pairs]:
     """Each of :func:`prompts` with the neighbouring sounds in it."""
-    return {text: Counter(pairwise((SILENCE, *parse(text, variant).phones, SILENCE))) for text in prompts()}
+    return {text: Counter(pairwise(row)) for text, row in _rows(variant).items()}
+
+
+@cache
+def prompt_triphones(variant: str) -> dict[str, list[str]]:
+    """Each of :func:`prompts` with its triphones, silence at the ends, as :class:`Coverage` writes them."""
+    return {text: [f"{a}-{b}+{c}" for a, b, c in zip(row, row[1:], row[2:], strict=False)]
+            for text, row in _rows(variant).items()}
+
+
+@cache
+def _rows(variant: str) -> dict[str, tuple[str, ...]]:
+    return {text: (SILENCE, *parse(text, variant).phones, SILENCE) for text in prompts()}

@@ -120,3 +120,5 @@ def test_a_picture_on_the_wall_is_no_talker_and_is_told(tmp_path):
     alone = tmp_path / "b.csv"
     alone.write_text("\n".join(line for line in path.read_text().splitlines() if ", 0, 0." not in line))
     assert read_landmarks(alone).faces == 1
+    path.write_text(path.read_text().replace("2, 1, ", "2, nan, "))
+    assert read_landmarks(path).valid.tolist() == [True, False, True, True]  # of no face that is known
