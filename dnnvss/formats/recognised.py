@@ -115,6 +115,6 @@ def _time(value: Any, unit: float) -> float | None:
     """Seconds of a number, or of a text such as ``"1.500s"``; None where it is neither."""
     if isinstance(value, str) and (match := re.fullmatch(r"(\d{1,9}(?:\.\d{1,12})?)s?", value.strip(), re.ASCII)):
         value = float(match[1])
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value / unit < _LAST:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < _LAST * unit:
         return None
     return float(value / unit)

@@ -85,6 +85,8 @@ def damaged(data: bytes, rng: random.Random) -> bytes:
 def _kinds(data: bytes) -> list[Callable[[bytes, random.Random], bytes]]:
     if data[:2] == b"PK":
         return [_arrays, _arrays, _arrays, _arrays, _flip, _cut, _claim]
+    if data[:4] == b"glTF":
+        return [_document, _document, _document, _document, _flip, _cut, _insert]
     if b"producer_name" in data or b"pytorch" in data[:64]:
         return [_described, _described, _described, _described, _flip, _cut, _insert]
     kinds = [_cut, _flip, _insert, _lines, _word, _word, _word, _encoding, _nested]
@@ -167,6 +169,19 @@ def _nested(data: bytes, rng: random.Random) -> bytes:
 
 def _value(data: bytes, rng: random.Random) -> bytes:
     return json.dumps(_changed(json.loads(data), rng)).encode()
+
+
+def _document(data: bytes, rng: random.Random) -> bytes:
+    """A binary glTF file whose document says something else."""
+    try:
+        length = struct.unpack_from("<I", data, 12)[0]
+        text = json.dumps(_changed(json.loads(data[20 : 20 + length]), rng)).encode()
+    except Exception:
+        return _flip(data, rng)
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    head = data[:8] + struct.pack("<I", 20 + len(text) + len(rest)) + struct.pack("<I4s", len(text), b"JSON")
+    return head + text + rest
 
 
 def _json_line(data: bytes, rng: random.Random) -> bytes:

@@ -11,6 +11,7 @@ from face.aam_cases import CONFIG, GROUPS
 from face.aam_cases import clip as toy_clip
 from face.points_cases import GROUPS as POINT_GROUPS
 from face.points_cases import SETTINGS, clips
+from fuzz.inputs_motion import motion
 from hydra import compose, initialize_config_dir
 
 from dnnvss import __version__, files
@@ -97,6 +98,7 @@ def all_inputs(folder: Path) -> dict[str, Input]:
         **_run(folder / "run"),
         **_labels(folder / "labels"),
         **_own(folder),
+        **{name: Input(*given) for name, given in motion(folder).items()},
     }
 
 

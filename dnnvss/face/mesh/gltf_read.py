@@ -22,6 +22,8 @@ from dnnvss.face.mesh.surface import Mesh, check_size
 from dnnvss.face.mesh.weld import weld
 
 MOST_BYTES, _MOST_NODES, _MOST_SHAPES = 400_000_000, 10_000, 1000
+_LEAST, _RATIO = 128_000_000, 20
+"""Bytes that the shapes of any file may fill, and how many times the bytes that it has."""
 _TYPES = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC3": 3}
 _UNDERSTOOD = ("KHR_materials", "KHR_texture", "KHR_mesh_quantization", "EXT_texture", "KHR_lights")
@@ -97,7 +99,7 @@ class _Reader:
 
     def __init__(self, path: Path, document: dict[str, Any], binary: bytes | None) -> None:
         self.path, self.document, self.binary = path, document, binary
-        self.kept: dict[int, bytes] = {}
+        self.kept: dict[str | None, bytes] = {}
         self.vertices = 0
 
     def head(self) -> Head:
@@ -109,6 +111,7 @@ class _Reader:
                     pieces.append(self._piece(mesh, primitive, place))
         if not pieces:
             raise DnnvssError("holds no mesh of triangles", file=self.path, remedy=_REMEDY)
+        self._check_shapes(len({name for piece in pieces for name in piece.names}))
         return _joined(pieces)
 
     def _item(self, kind: str, index: Any) -> dict[str, Any]:
@@ -161,12 +164,7 @@ class _Reader:
         if len(corners) and corners.max() >= len(vertices):
             raise ValueError(f"a triangle names vertex {corners.max()} of {len(vertices)}")
         targets = primitive.get("targets", [])
-        if len(targets) > _MOST_SHAPES or len(targets) * self.vertices * 12 > 2 * MOST_BYTES:
-            raise DnnvssError(
-                f"has {len(targets)} shapes of {self.vertices} vertices, which is too much",
-                file=self.path,
-                remedy=_REMEDY,
-            )
+        self._check_shapes(len(targets))
         shapes = np.zeros((len(targets), len(vertices), 3), np.float32)
         for k, target in enumerate(targets):
             if "POSITION" in target:
@@ -185,6 +183,16 @@ class _Reader:
             named,
             shapes,
         )
+
+    def _check_shapes(self, count: int) -> None:
+        """Refuse more shapes of all vertices so far than the file can tell of."""
+        told = self.path.stat().st_size + sum(map(len, self.kept.values()))
+        if count > _MOST_SHAPES or count * self.vertices * 12 > max(_LEAST, _RATIO * told):
+            raise DnnvssError(
+                f"has {count} shapes of {self.vertices} vertices, which is too much",
+                file=self.path,
+                remedy=_REMEDY,
+            )
 
     def _part(self, mesh: dict[str, Any], primitive: dict[str, Any]) -> str:
         material = self._item("materials", primitive["material"]) if "material" in primitive else {}
@@ -246,10 +254,10 @@ class _Reader:
         return np.array(rows)
 
     def _buffer(self, index: Any) -> bytes:
-        if index not in self.kept:
-            about = self._item("buffers", index)
-            self.kept[index] = self._bytes(about.get("uri"))
-        return self.kept[index]
+        uri = self._item("buffers", index).get("uri")
+        if uri not in self.kept:
+            self.kept[uri] = self._bytes(uri)
+        return self.kept[uri]
 
     def _bytes(self, uri: str | None) -> bytes:
         """The bytes of a buffer: of the file itself, in its text, or in a file of the same folder."""
@@ -292,8 +300,6 @@ def _joined(pieces: list[_Piece]) -> Head:
     starts = np.cumsum([0, *(len(p.vertices) for p in pieces)])
     names = list(dict.fromkeys(name for p in pieces for name in p.names))
     parts = list(dict.fromkeys(p.part for p in pieces))
-    if len(names) > _MOST_SHAPES or len(names) * starts[-1] * 12 > 2 * MOST_BYTES:
-        raise ValueError(f"{len(names)} shapes of {starts[-1]} vertices are too much")
     shapes = np.zeros((len(names), starts[-1], 3), np.float32)
     for piece, start in zip(pieces, starts, strict=False):
         for name, shape in zip(piece.names, piece.shapes, strict=True):

@@ -1,0 +1,95 @@
+"""What motion capture, animators, recognisers and judges bring: a right file of each kind, and what reads it."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from face.mesh_cases import tetrahedron, write_obj
+from face.rig_cases import GROUPS, clips
+from formats.test_formats_motion import c3d, markers
+from formats.test_formats_timed_text import RECOGNISED, SRT, VTT
+
+from dnnvss import files
+from dnnvss.evaluation.outside.judged import MEASURES, ROWS, Judged
+from dnnvss.face.kinds import face_kind, load_face
+from dnnvss.face.mesh.gltf_read import read_gltf
+from dnnvss.face.mesh.gltf_write import write_glb
+from dnnvss.face.mesh.obj import read_obj
+from dnnvss.face.rig.code import RigCode
+from dnnvss.face.rig.settings import RigSettings
+from dnnvss.formats import Curves, in_order, read_curves, read_markers, read_timed_text, write_curves, write_trc
+
+Reader = tuple[Path, Callable[[Path], Any]]
+
+
+def motion(folder: Path) -> dict[str, Reader]:
+    """Every kind by name."""
+    return {**_tracked(folder / "motion"), **_meshes(folder / "meshes"), **_said(folder / "said"),
+            **_rig(folder / "rig"), **_judged(folder / "judged")}
+
+
+def _tracked(folder: Path) -> dict[str, Reader]:
+    folder.mkdir()
+    own = markers()
+    names = [f"{name}_{axis}" for name in own.names for axis in "xyz"]
+    flat = Curves(tuple(names), own.points.reshape(len(own.points), -1), np.arange(len(own.points)) / 120)
+    live = "Timecode,BlendShapeCount,JawOpen,MouthClose\n" + "".join(
+        f"12:00:01:{k:02d}.250,2,0.{k}5,0.1\n" for k in range(9))
+    made: dict[str, Reader] = {
+        "trc": (write_trc(folder / "take.trc", own), read_markers),
+        "markers csv": (write_curves(folder / "take.csv", flat), read_markers),
+        "live link": (files.write_text(folder / "live.csv", live), read_curves),
+    }
+    try:
+        made["c3d"] = c3d(folder / "take.c3d"), read_markers
+    except BaseException as error:  # pytest's way to skip: the package that writes it is an extra
+        if type(error).__name__ != "Skipped":
+            raise
+    return made
+
+
+def _meshes(folder: Path) -> dict[str, Reader]:
+    folder.mkdir()
+    glb = write_glb(folder / "small.glb", tetrahedron(), np.zeros((3, 2)), np.arange(3) / 25)
+    data = glb.read_bytes()
+    length = int.from_bytes(data[12:16], "little")
+    document = json.loads(data[20 : 20 + length])
+    document["buffers"][0]["uri"] = "small.bin"
+    (folder / "small.bin").write_bytes(data[28 + length :])
+    return {
+        "obj": (write_obj(folder / "small.obj", tetrahedron()), read_obj),
+        "glb": (glb, read_gltf),
+        "gltf": (files.write_json(folder / "small.gltf", document), read_gltf),
+        "gltf bytes": (folder / "small.bin", lambda _: read_gltf(folder / "small.gltf")),
+    }
+
+
+def _said(folder: Path) -> dict[str, Reader]:
+    def read(path: Path) -> Any:
+        return in_order(read_timed_text(path))
+
+    recognised = {f"heard by {name}": (files.write_json(folder / f"{name}.json", value), read)
+                  for name, value in RECOGNISED.items()}
+    return {"srt": (files.write_text(folder / "a.srt", SRT), read),
+            "vtt": (files.write_text(folder / "a.vtt", VTT), read), **recognised}
+
+
+def _rig(folder: Path) -> dict[str, Reader]:
+    kind = face_kind("rig")
+    face = kind.fit(clips(3), GROUPS, RigSettings(), progress=False)
+    code = kind.encode(face, clips(1)[0]).code
+
+    def used(path: Path) -> Any:
+        own = load_face(path)
+        return own.gauges, own.groups, own.points(np.zeros((2, len(own.names))))
+
+    return {"rig face": (face.save(folder / "rig.npz"), used),
+            "rig code": (code.save(folder / "rig_code.npz"), RigCode.load)}
+
+
+def _judged(folder: Path) -> dict[str, Reader]:
+    pairs = {row: dict.fromkeys(MEASURES, ((0.5, 1.0), (0.25, 2.0))) for row in ROWS}
+    path = Judged(("a", "b"), "articulated", pairs).save(folder).with_suffix(".json")
+    return {"judged": (path, lambda _: Judged.load(folder).markdown())}  # type: ignore[union-attr]
