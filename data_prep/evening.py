@@ -18,6 +18,9 @@ from dnnvss.timing.rates import even_frames
 QUALITY = 12
 """Constant rate factor of x264 of what is written anew: hardly a loss."""
 
+AMISS = 0.5
+"""Seconds by which sound may end before or after the pictures until that is noted."""
+
 Place = tuple[float, float, float, float]
 """Scale across and down, and shift across and down, from pixels of a recording to those of the corpus."""
 
@@ -121,6 +124,10 @@ def told(known: dict[str, Any], seen: dict[str, Any]) -> list[str]:
     if tuple(known["size"]) != tuple(seen["size"]):
         shape = "" if known["pixel"] == "1" else f" with pixels of {known['pixel'].replace('/', ':')}"
         notes.append("brought from {} x {}{} to {} x {} pixels".format(*known["size"], shape, *seen["size"]))
+    if known["ends"] > AMISS:
+        notes.append(f"its sound goes on for {known['ends']:.1f} s after its last picture (left out)")
+    if known["ends"] < -AMISS:
+        notes.append(f"its sound ends {-known['ends']:.1f} s before its last picture (silence)")
     if not seen["untouched"]:
         notes.append(f"brought to a constant {float(Fraction(seen['rate'])):.6g} frames a second from "
                      f"{float(Fraction(known['rate'])):.6g} by its time stamps ({known['frames']} frames are "

@@ -1,7 +1,7 @@
 """What the headers of recordings say: length, size, rate and coding, without reading them."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +11,7 @@ import av
 import numpy as np
 
 from dnnvss import files
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.media import SPEECH_RATE, opened, write_video
 from dnnvss.media.decoding import decoded
 
@@ -54,20 +54,25 @@ def header(path: Path) -> Header:
     return found
 
 
-def headers(paths: Sequence[Path], until: float) -> dict[Path, Header]:
-    """The headers of as many recordings as can be read until a moment (:func:`time.monotonic`), spread over all.
+def headers(paths: Mapping[str, Path], until: float) -> tuple[dict[Path, Header], dict[str, str]]:
+    """The headers of as many recordings as can be read until a moment, and why others cannot be read.
 
-    What cannot be read is left out: it is told where it is read for its own sake.
+    Args:
+        paths: of recordings, by id; those that are read are spread over all.
+        until: the moment (:func:`time.monotonic`).
     """
     found: dict[Path, Header] = {}
-    for path in spread(paths, len(paths)):
+    problems: dict[str, str] = {}
+    for name in spread(list(paths), len(paths)):
         try:
-            found[path] = header(path)
-        except DnnvssError:
-            continue
+            found[paths[name]] = header(paths[name])
+        except ShortageError:
+            raise
+        except DnnvssError as error:
+            problems[name] = str(error)
         if time.monotonic() > until:
             break
-    return found
+    return found, problems
 
 
 def spread(items: Sequence[Item], count: int) -> list[Item]:

@@ -15,10 +15,12 @@ from data_prep.recipe import Recipe, Source
 from data_prep.sample import sampled
 from data_prep.stages import Workshop
 from dnnvss import files
+from dnnvss.media.folders import is_visible
 
 HEADERS, SAMPLE = 8.0, 25.0
 """Seconds in which headers are read, and in which a sample is prepared."""
 
+_CLUTTER = ("thumbs.db", "desktop.ini")  # what a system leaves in folders
 NAME = "look.html"
 """The page, in the folder of the corpus that is to be."""
 
@@ -36,7 +38,9 @@ def first_look(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Pat
     sources = list(sources)
     problems = {s.id: problem for s in sources if (problem := s.problem or unfit_id(s.id))}
     good = [s for s in sources if s.id not in problems]
-    known = headers([p for s in good if (p := s.video or s.sound) is not None], began + HEADERS)
+    known, unread = headers({s.id: p for s in good if (p := s.video or s.sound) is not None}, began + HEADERS)
+    problems |= unread
+    good = [s for s in good if s.id not in unread]
     jobs = shop.jobs if shop.jobs > 0 else max(1, (os.cpu_count() or 1) + 1 + shop.jobs)
     with TemporaryDirectory() as folder:
         sample = sampled(good, known, recipe, Path(folder), SAMPLE)
@@ -51,5 +55,5 @@ def _kinds(sources: Iterable[Source]) -> dict[str, int]:
     """Suffix to files in the folders that recordings lie in, those that a user sees."""
     folders = {p.parent for s in sources for p in (s.video, s.sound, *s.landmarks[:1], s.alignment) if p is not None}
     found = Counter(p.suffix.lower() or "no suffix" for folder in folders for p in folder.iterdir()
-                    if p.is_file() and not p.name.startswith("."))
+                    if is_visible(p) and p.name.lower() not in _CLUTTER)
     return dict(found.most_common())

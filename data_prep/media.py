@@ -30,7 +30,8 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
 
     Returns:
         ``frames`` of the file and their ``rate``; ``size`` of the upright picture and shape of its ``pixel``; whether
-        it is ``plain``; the path of the ``sound`` and the seconds at which it ``starts`` after the first picture.
+        it is ``plain``; the path of the ``sound``, the seconds at which it ``starts`` after the first picture and
+        ``ends`` after the last one.
 
     Raises:
         DnnvssError: the video cannot be read, has no sound or only silence.
@@ -50,8 +51,10 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
         raise DnnvssError("its sound is silence", file=heard, utterance=name, remedy="Give a recording with speech")
     copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", moved, SPEECH_RATE)
     files.write_arrays(out / ".stages" / "media" / f"{name}.npz", thumbnails=small, times=seconds)
+    ends = starts - delay + len(samples) / SPEECH_RATE - duration
     return {"frames": len(small), "rate": str(rate), "size": list(info.size), "pixel": str(info.pixel),
-            "plain": info.plain, "starts": round(starts, 5), "sound": str(copied.relative_to(out))}
+            "plain": info.plain, "starts": round(starts, 5), "ends": round(ends, 2),
+            "sound": str(copied.relative_to(out))}
 
 
 def heard_in(video: Path, sound: Path | None) -> Path:

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from films import QUARTER, film, talker_folder
 
-from data_prep.evening import moved, placed
+from data_prep.evening import moved, placed, told
 from data_prep.folder import prepare_folder
+from data_prep.media import media
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.formats import write_npz
 from dnnvss.formats.openface import Landmarks
-from dnnvss.media import SOUND_RATE, read_audio, read_video, video_info
+from dnnvss.media import SOUND_RATE, read_audio, read_video, video_info, write_video
 
 
 @pytest.fixture(scope="module")
@@ -134,3 +135,14 @@ def test_a_smaller_picture_of_another_shape_stands_in_the_middle() -> None:
     assert placed((720, 576), Fraction(16, 15), (768, 576)) == (768 / 720, 1, 0, 0)
     points = np.array([[0.0, 0.0], [479.0, 639.0]])
     np.testing.assert_allclose(moved(points, (0.375, 0.375, 70, 0)), [[69.6875, -0.3125], [249.3125, 239.3125]])
+
+
+def test_sound_that_ends_elsewhere_than_the_pictures_is_told(tmp_path: Path) -> None:
+    noise = np.random.default_rng(0).normal(0, 0.1, 64000).astype(np.float32)
+    for seconds, said in ((4.0, "goes on for 2.0 s after its last picture"), (1.0, "ends 1.0 s before"), (2.2, "")):
+        video = write_video(tmp_path / "a.mp4", np.zeros((50, 32, 48, 3), np.uint8), 25,
+                            noise[: round(seconds * 16000)], 16000)
+        known = media("a", video, tmp_path / "out", 0.0)
+        assert known["ends"] == pytest.approx(seconds - 2, abs=0.1)
+        notes = told(known, {"size": known["size"], "untouched": True})
+        assert len(notes) == bool(said) and said in "".join(notes)
