@@ -128,7 +128,34 @@ def write_exports(settings: SpeakSettings, spoken: Spoken) -> list[Path]:
         from dnnvss.export.curves import write_curves
 
         written.append(write_curves(Path(settings.export_curves), spoken.curves(), spoken.stage.clock))
+    if settings.export_rig:
+        written += _export_rig(Path(settings.export_rig), settings, spoken)
+    if settings.export_visemes:
+        written.append(_export_visemes(Path(settings.export_visemes), settings, spoken))
     return written
+
+
+def _export_rig(path: Path, settings: SpeakSettings, spoken: Spoken) -> list[Path]:
+    """Write the take, print how well it fits, and draw that beside it."""
+    from dnnvss.export.take import write_take
+    from dnnvss.synthesis.rig import RigRequest, plot_fit, spoken_take
+
+    request = RigRequest(settings.rig_curves, settings.rig_rate, settings.rig_timecode)
+    made = spoken_take(spoken, request)
+    if lines := made.remarks():
+        print("\n".join(lines))
+    plot = plot_fit(path.with_name(f"{path.stem}.fit.png"), made, spoken)
+    return [write_take(path, made.take), *([plot] if plot else [])]
+
+
+def _export_visemes(path: Path, settings: SpeakSettings, spoken: Spoken) -> Path:
+    from dnnvss.export.visemes import write_cues
+
+    if spoken.plan.phones is None:
+        raise DnnvssError("a voice alone tells no phones, and visemes are phones as they are seen", file=path,
+                          remedy="Give the text or an alignment")
+    sound = Path(settings.out).with_suffix(".wav").name if spoken.plan.sound else ""
+    return write_cues(path, spoken.plan.phones, settings.viseme_list, sound)
 
 
 def _export_alignment(path: Path, spoken: Spoken) -> Path:

@@ -5,6 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from dnnvss.errors import DnnvssError
+from dnnvss.export.take import CURVES, check_take_file
+from dnnvss.export.timecode import TimeCode
+from dnnvss.export.visemes import SUFFIXES, check_cue_file
 from dnnvss.settings import setting
 from dnnvss.speech.engines.choice import ENGINES
 from dnnvss.style.generator import StyleSettings
@@ -14,7 +17,7 @@ from dnnvss.synthesis.request import FILLS
 from dnnvss.timing import FrameClock
 
 _INPUTS = ("wav", "alignment", "import_keys", "overrides")
-_OUTPUTS = ("export_curves", "export_keys", "export_alignment")
+_OUTPUTS = ("export_curves", "export_keys", "export_alignment", "export_rig", "export_visemes")
 _ENDINGS = {"out": (".mp4", "export_curves=FILE.csv writes numbers"),
             "export_curves": (".csv", "the trajectory's .npz is written beside the video")}
 """Settings that name a file of one kind, and where other kinds are to be had."""
@@ -59,6 +62,12 @@ class SpeakSettings:
     overrides: str | None = setting(None, path=True)
     import_keys: str | None = setting(None, path=True)
     export_keys: str | None = setting(None, path=True)
+    export_rig: str | None = setting(None, path=True)
+    rig_curves: str = setting("arkit", choices=CURVES)
+    rig_rate: FrameClock | None = setting(None)
+    rig_timecode: TimeCode = setting(TimeCode())
+    export_visemes: str | None = setting(None, path=True)
+    viseme_list: str = setting("rhubarb", choices=tuple(SUFFIXES))
     key_names: tuple[str, ...] = setting(("aperture", "lower_lip", "width"))
     key_positions: tuple[float, ...] = setting((0.5,), least=0, most=1)
 
@@ -97,8 +106,14 @@ def check_files(settings: SpeakSettings) -> None:
         path = getattr(settings, name)
         if (path or name == "out") and Path(path).suffix.lower() != ending:
             raise DnnvssError(f"{name}={path} does not end in {ending}", remedy=f"Name it so; {other}")
-    if settings.rate is not None and settings.rate.rate > _MOST_FRAMES:
-        raise DnnvssError(f"rate={settings.rate.rate} is too much", remedy=f"Give {_MOST_FRAMES} at most")
+    for name in ("rate", "rig_rate"):
+        clock = getattr(settings, name)
+        if clock is not None and clock.rate > _MOST_FRAMES:
+            raise DnnvssError(f"{name}={clock.rate} is too much", remedy=f"Give {_MOST_FRAMES} at most")
+    if settings.export_rig:
+        check_take_file(Path(settings.export_rig))
+    if settings.export_visemes:
+        check_cue_file(Path(settings.export_visemes), settings.viseme_list)
     _check_places(settings)
 
 

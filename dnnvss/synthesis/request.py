@@ -14,7 +14,7 @@ from dnnvss.timing import Alignment, FrameClock
 if TYPE_CHECKING:
     from dnnvss.render import Footage
 
-VIEWS = ("face", "patch", "mesh", "reference")
+VIEWS = ("face", "head", "patch", "mesh", "reference")
 FILLS = ("pingpong", "hold")
 
 

@@ -10,10 +10,12 @@ import numpy as np
 from dnnvss.corpus import Utterance
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
+from dnnvss.face.base import Gauge
 from dnnvss.phones import SILENCES, nearest
 from dnnvss.runs.run import Run
 from dnnvss.style import Key, sample_keys
 from dnnvss.style.generator import all_gauges
+from dnnvss.style.plain import plain_gauges
 from dnnvss.synthesis.plan import Plan, make_plan
 from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, unfamiliar, word_risks
@@ -98,7 +100,7 @@ class Spoken:
         Raises:
             DnnvssError: a name of nothing.
         """
-        known = all_gauges(self.run.face)
+        known = key_gauges(self.run)
         if unknown := [name for name in names if name not in known]:
             raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}",
                               remedy=f"Use some of: {', '.join(known)}")
@@ -153,7 +155,7 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
     if run.units:
         plan = replace(plan, alignment=plan.alignment.with_tier(example.alignment[TIER]))
     style = request.style if plan.phones else replace(request.style, closures=False, contacts=False, rest=False)
-    movement = run.generator(example, style, request.keys, all_gauges(run.face), plan.tier)
+    movement = run.generator(example, style, request.keys, key_gauges(run), plan.tier)
     return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, request, plan, example, stand_ins),
                   run.model.report(example))
 
@@ -169,6 +171,11 @@ def _risks(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_
     if run.heard:
         spans += sound_risks(run.heard.strangeness(example.codes, clock), clock)
     return tuple(sorted(spans, key=lambda span: span[:2]))
+
+
+def key_gauges(run: Run) -> dict[str, Gauge]:
+    """What keys may hold, by name: gauges of the face, plain ones from 0 at rest to 1, and coefficients."""
+    return {**plain_gauges(run.face, run.generator.talker), **all_gauges(run.face)}
 
 
 def replace_unseen(alignment: Alignment, known: Sequence[str],

@@ -11,6 +11,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.render import Footage, revoicer, walk
 from dnnvss.render.pictures import Pictures
 from dnnvss.runs.run import Run
+from dnnvss.synthesis.head import HEAD_VIEW, can_show_head, head_pictures
 from dnnvss.synthesis.request import Scene
 from dnnvss.timing import FrameClock
 
@@ -38,16 +39,22 @@ class Stage:
     pixel: Fraction = Fraction(1)
 
     def __post_init__(self) -> None:
-        if unknown := [view for view in self.views if view not in self.pictures.views]:
+        known = (*self.pictures.views, *((HEAD_VIEW,) if can_show_head(self.run) else ()))
+        if unknown := [view for view in self.views if view not in known]:
             raise DnnvssError(f"render: this kind of face has no view {unknown[0]!r}",
-                              remedy=f"Use some of {', '.join(self.pictures.views)}, joined by +")
+                              remedy=f"Use some of {', '.join(known)}, joined by +")
 
     def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
         """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D) at the video's rate."""
         from dnnvss.render.side_by_side import side_by_side
 
-        shown = [self.pictures.view(view, parameters) for view in self.views]
+        shown = [self._view(view, parameters) for view in self.views]
         return shown[0] if len(shown) == 1 else side_by_side(*shown, captions=list(self.views))
+
+    def _view(self, name: str, parameters: np.ndarray) -> Iterator[np.ndarray]:
+        if name == HEAD_VIEW:
+            return head_pictures(self.run, parameters, self.pictures.size[1])
+        return self.pictures.view(name, parameters)
 
 
 def open_stage(run: Run, scene: Scene, seconds: float) -> Stage:

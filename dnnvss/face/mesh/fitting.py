@@ -17,7 +17,7 @@ _FLIP = np.array([1, -1, 1])
 """From points of a face, whose y runs down, to a head, whose y runs up."""
 _HEED = {"lips_outer": 1.0, "lips_inner": 1.0, "face_oval": 0.5}
 """How much points of a group count; those of others count :data:`_ELSE`."""
-_ELSE, _GAP = 0.3, 1.5
+_ELSE, _GAP = 0.3, 4.0
 """What other points count, and the distances between inner lips that face each other."""
 _OTHER_EYE = ("eye", "brow")
 """Beginnings of shapes that the points of mouth and jaw do not tell, where no eye or brow is among them."""
@@ -48,8 +48,19 @@ class Fitted:
             f"{self.errors.max(initial=0):.1%} (frame {worst})"
         ]
         if self.ambiguous:
-            told.append(f"these points do not tell apart: {', '.join(self.ambiguous)}")
+            told.append(
+                f"these points do not tell apart: {', '.join(_sides_joined(self.ambiguous))}"
+            )
         return told
+
+
+def _sides_joined(names: Sequence[str]) -> list[str]:
+    """Names of which those of two sides stand once."""
+    both = {name.removesuffix("Left") for name in names if name.endswith("Left")}
+    both &= {name.removesuffix("Right") for name in names if name.endswith("Right")}
+    short = [name.removesuffix("Left").removesuffix("Right") for name in names]
+    pairs = zip(names, short, strict=True)
+    return list(dict.fromkeys(f"{s}Left/Right" if s in both else name for name, s in pairs))
 
 
 @dataclass(frozen=True)
@@ -121,9 +132,17 @@ class OnHead:
             )
         return float(np.ptp(self._at_rest[self._lips, 0])) / own
 
+    @cached_property
+    def _flip(self) -> np.ndarray:
+        """Signs (2 or 3,) that bring the face's axes to the head's; depth is told by which way the face bulges."""
+        if self.axes == 2:
+            return _FLIP[:2]
+        own, goal = self.neutral[self.rows][:, 2], self._at_rest[:, 2]
+        return _FLIP * [1, 1, -1 if (own - own.mean()) @ (goal - goal.mean()) < 0 else 1]
+
     def _lifted(self, points: np.ndarray) -> np.ndarray:
         """Points (..., n, 3) at the head's size and place; depth that the face lacks is the head's."""
-        flip = _FLIP[: self.axes]
+        flip = self._flip
         centre = self.neutral[self.rows][self._lips].mean(axis=0)
         goal = self._at_rest[self._lips].mean(axis=0)
         own = (points[..., self.rows, :] - centre) * flip * self._scale + goal[: self.axes]

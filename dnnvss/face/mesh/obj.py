@@ -1,6 +1,7 @@
 """Reads a mesh in Wavefront's OBJ, within bounds."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -59,8 +60,8 @@ class _Lines:
         self.parts: dict[str, int] = {}
         self.groups = {"g": "", "o": "", "usemtl": ""}
         named: dict[str, Callable[[list[str]], None]] = {
-            word: lambda rest, w=word: self._named(w, rest) for word in self.groups
-        }  # type: ignore[misc]
+            word: partial(self._named, word) for word in self.groups
+        }
         self.words = {"v": self._vertex, "f": self._face, **named}
 
     def _vertex(self, rest: list[str]) -> None:

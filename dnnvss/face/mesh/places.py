@@ -117,19 +117,29 @@ class _Fine:
 
 
 def _by_width(fine: _Fine, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Steps of a lip's ring at the share of the width of each point (n, 2), on its side of the line of the corners."""
-    mine, theirs = _across(points), _across(fine.points)
-    side = np.sign(np.where(np.abs(mine[:, 1]) < 1e-9, 0, mine[:, 1]))
-    wrong = (side[:, None] * np.sign(theirs[:, 1]) < 0) & (np.abs(mine[:, :1] - 0.5) < 0.5 - 1e-9)
-    return fine.taken((np.abs(mine[:, :1] - theirs[:, 0]) + 10 * wrong).argmin(axis=1))
+    """Steps of a lip's ring at the share of the width of each point (n, 2), on the same lip."""
+    wrong = _sides(points)[:, None] * _sides(fine.points) < 0
+    away = np.abs(_across(points)[:, None] - _across(fine.points))
+    return fine.taken((away + 10 * wrong).argmin(axis=1))
 
 
 def _across(ring: np.ndarray) -> np.ndarray:
-    """Share of the way from the left-most to the right-most point, and height over the line between, (n, 2)."""
+    """Share of the way (n,) from the left-most to the right-most point."""
     low, high = ring[ring[:, 0].argmin()], ring[ring[:, 0].argmax()]
     along = high - low
-    up = np.array([-along[1], along[0]])
-    return np.stack([(ring - low) @ along, (ring - low) @ up], axis=1) / (along @ along)
+    return np.asarray((ring - low) @ along / max(along @ along, 1e-12))
+
+
+def _sides(ring: np.ndarray) -> np.ndarray:
+    """1 for points (n,) of the upper lip, -1 for those of the lower, 0 for the corners: by their order in the ring."""
+    first, last = sorted((int(ring[:, 0].argmin()), int(ring[:, 0].argmax())))
+    at = np.arange(len(ring))
+    between = (at > first) & (at < last)
+    around = (at < first) | (at > last)
+    means = [ring[part, 1].mean() if part.any() else -np.inf for part in (between, around)]
+    return np.where(between, 1, 0) * (1 if means[0] >= means[1] else -1) + np.where(
+        around, 1, 0
+    ) * (1 if means[1] > means[0] else -1)
 
 
 def _turned(mine: np.ndarray, theirs: np.ndarray) -> np.ndarray:

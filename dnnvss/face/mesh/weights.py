@@ -16,7 +16,7 @@ from scipy.fft import dct, idct
 _STEPS, _CLOSE = 3000, 1e-5
 SEEN = 0.02
 """Share of the largest movement of any shape that a shape must move the points by, to be told at all."""
-TOLD = 0.9
+TOLD = 0.8
 """Share of a weight that comes back where points tell it; below it the shape is ambiguous."""
 _DIRECTIONS = ("jawLeft", "mouthLeft")
 """Shapes whose name is a direction, not a side."""
@@ -34,7 +34,7 @@ class FitSettings:
 
     ridge: float = 1e-3
     smooth: float = 1e-2
-    level: float = 1e-2
+    level: float = 3e-2
 
 
 def fit_weights(

@@ -1,0 +1,129 @@
+"""A take for an animator's program: named curves over time, and a head that they move."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.export.live_link import SHAPES, write_live_link
+from dnnvss.export.timecode import TimeCode
+from dnnvss.face.mesh import Head
+from dnnvss.face.mesh.gltf_write import write_glb
+from dnnvss.timing import FrameClock
+
+SUFFIXES = (".csv", ".json", ".glb")
+CURVES = ("arkit", "oculus", "plain")
+"""What a take of speech can hold: weights of shapes, visemes, or values from 0 at rest to 1."""
+_SOLID = 9
+"""Digits that a number of a curve keeps."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """Named curves over time.
+
+    Args:
+        curves: name to values (F,).
+        clock: of the frames.
+        start: the time code of the first.
+        head: what the curves move, a shape each; None where no mesh belongs to them.
+        about: what the report and the files say of it.
+    """
+
+    curves: Mapping[str, np.ndarray]
+    clock: FrameClock
+    start: TimeCode = field(default_factory=TimeCode)
+    head: Head | None = None
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def frames(self) -> int:
+        """F."""
+        return len(next(iter(self.curves.values())))
+
+    @property
+    def seconds(self) -> np.ndarray:
+        """When each frame (F,) is shown."""
+        return np.array([self.clock.seconds(k) for k in range(self.frames)])
+
+
+def check_take_file(path: Path) -> None:
+    """Refuse the name of a file of another kind.
+
+    Raises:
+        DnnvssError: its suffix is none of :data:`SUFFIXES`.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise DnnvssError(
+            f"a rig cannot be written as {path.suffix or 'a file without suffix'}",
+            file=path,
+            remedy="Name it .csv (Live Link Face), .json or .glb (glTF)",
+        )
+
+
+def write_take(path: Path, take: Take) -> Path:
+    """Write a take as the suffix says, and return the path.
+
+    ``.csv`` is Live Link Face's where the curves are ARKit's, else a column a curve behind frame, seconds and time
+    code; ``.json`` holds names, frames and the time code; ``.glb`` the head with its shapes and one animation.
+
+    Raises:
+        DnnvssError: another suffix, or a ``.glb`` of curves that no head belongs to.
+    """
+    check_take_file(path)
+    match path.suffix.lower():
+        case ".csv":
+            return _write_csv(path, take)
+        case ".json":
+            return _write_json(path, take)
+    if take.head is None:
+        raise DnnvssError(
+            "no head is moved by these curves, so that there is no mesh to write",
+            file=path,
+            remedy="Write .json or .csv, or take rig_curves=arkit",
+        )
+    weights = take.head.weights(take.curves)
+    about = {"rate": _rate(take.clock), "timecode": str(take.start), **take.about}
+    return write_glb(path, take.head, weights, take.seconds, about)
+
+
+def _write_csv(path: Path, take: Take) -> Path:
+    known = {name.lower() for name in SHAPES}
+    if any(name.lower() in known for name in take.curves):
+        return write_live_link(path, take.curves, take.clock, take.start)
+    codes = take.start.codes(take.frames, take.clock)
+    lines = [",".join(["frame", "seconds", "timecode", *take.curves])]
+    rows = zip(*take.curves.values(), strict=True)
+    for k, (code, second, row) in enumerate(zip(codes, take.seconds, rows, strict=True)):
+        lines.append(",".join([str(k), f"{second:.6f}", code, *(f"{v:.6g}" for v in row)]))
+    return files.write_text(path, "\n".join([*lines, ""]))
+
+
+def _write_json(path: Path, take: Take) -> Path:
+    table = np.stack([np.asarray(track, float) for track in take.curves.values()], axis=1)
+    return files.write_text(
+        path,
+        files.json_text(
+            {
+                "format": "dnnvss-take",
+                "version": 1,
+                "rate": _rate(take.clock),
+                "timecode": str(take.start),
+                "timecodes": take.start.codes(take.frames, take.clock),
+                "seconds": take.seconds.round(6).tolist(),
+                "names": list(take.curves),
+                "frames": table.round(_SOLID).tolist(),
+                "about": dict(take.about),
+            }
+        )
+        + "\n",
+    )
+
+
+def _rate(clock: FrameClock) -> str:
+    return str(Fraction(clock.rate))

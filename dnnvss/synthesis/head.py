@@ -1,0 +1,71 @@
+"""The packaged head, moved by a run's parameters: as weights of its shapes, and as pictures."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+from dnnvss.face.mesh import Head, packaged_head
+from dnnvss.face.mesh.fitting import Fitted, OnHead
+from dnnvss.face.rig import RigFace
+from dnnvss.render.solid import Solid, whole_head
+from dnnvss.runs.run import Run
+
+HEAD_VIEW = "head"
+"""The view that shows the packaged head, of any face that has lips or is a rig of ARKit's curves."""
+
+
+def moves(head: Head, curves: Mapping[str, np.ndarray]) -> bool:
+    """Whether any of the curves is a shape of a head."""
+    return bool({name.lower() for name in curves} & {name.lower() for name in head.names})
+
+
+def on_head(run: Run, head: Head) -> OnHead:
+    """Where the points of a run's face lie on a head, from the talker at rest.
+
+    Raises:
+        DnnvssError: the face has no contour of the lips.
+    """
+    rest = np.nan_to_num(run.generator.talker.rest)
+    return OnHead.of(head, run.face.contours, run.face.points(rest))
+
+
+def rig_curves(face: RigFace, parameters: np.ndarray) -> dict[str, np.ndarray]:
+    """All curves of a rig by name (F,), for parameters (F, D)."""
+    return dict(zip(face.all_curves, face.curves(parameters).T, strict=True))
+
+
+def head_weights(run: Run, parameters: np.ndarray, head: Head) -> tuple[np.ndarray, Fitted | None]:
+    """Weights (F, S) of a head's shapes for parameters (F, D), and how well they reach the points where it is a fit.
+
+    Raises:
+        DnnvssError: a rig whose curves are not the head's, or a face without lips.
+    """
+    if isinstance(run.face, RigFace):
+        return head.weights(rig_curves(run.face, parameters)), None
+    fitted = on_head(run, head).fit(run.face.points(parameters))
+    return fitted.weights, fitted
+
+
+def can_show_head(run: Run) -> bool:
+    """Whether the packaged head can be moved by a run's parameters."""
+    if isinstance(run.face, RigFace):
+        return moves(packaged_head(), dict.fromkeys(run.face.all_curves, np.zeros(0)))
+    return "lips_outer" in run.face.contours
+
+
+def head_pictures(run: Run, parameters: np.ndarray, height: int) -> Iterator[np.ndarray]:
+    """Yield the head's pictures, uint8 RGB (height, W_, 3), for each row of parameters (F, D).
+
+    Raises:
+        DnnvssError: this kind of face cannot move it.
+    """
+    head = packaged_head()
+    if not can_show_head(run):
+        raise DnnvssError(
+            f"a face of the kind {run.face.kind} without lips or ARKit's curves moves no head",
+            remedy="Take another view: render=face",
+        )
+    weights, _ = head_weights(run, parameters, head)
+    solid = Solid(head.mesh, whole_head(head.mesh, max(2, height // 2 * 2)), smooth=2)
+    return (solid.picture(head.vertices(row)) for row in weights)
