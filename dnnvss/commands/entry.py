@@ -23,6 +23,7 @@ COMMANDS = {
     "figure": "coefficients of a test sentence, measured and predicted by runs",
     "face-figures": "what a face model has learnt, and how well it sees its talker",
     "correlations": "how much of what is seen can be heard: canonical correlations of features and a face",
+    "viewing": "viewing tests: make, serve, analyse, power",
     "units": "what the dynamic visemes of a run look like",
     "visemes": "measurements of gestures and dynamic visemes of a corpus",
     "features": "the feature tables as Markdown",

@@ -114,7 +114,7 @@ def _truth(spoken: Spoken, corpus: Corpus, utterance: Utterance) -> tuple[str, I
     """What predictions are shown beside: the recording, or what was measured in it where the face has no texture."""
     run, pictures = spoken.run, spoken.stage.pictures
     if isinstance(run.face, Textured):
-        return RECORDED, _recorded(corpus, utterance, pictures.size)
+        return RECORDED, recorded(corpus, utterance, pictures.size)
     measured = read_arrays(run.files.prediction("reference"))[utterance.id]
     return "measured", pictures.frames(resample(measured, spoken.clock, utterance.clock))
 
@@ -129,7 +129,8 @@ def _through_the_face(spoken: Spoken, utterance: Utterance) -> Iterator[np.ndarr
         yield picture if known else (255 - _PALE * (255.0 - picture)).astype(np.uint8)
 
 
-def _recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:
+def recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:
+    """Yield the pictures of a recording, brought to a width and height in pixels."""
     for image in read_video(corpus.path(utterance, "video")):
         same = image.shape[1::-1] == size
         yield image if same else cv2.resize(image, size, interpolation=cv2.INTER_AREA)

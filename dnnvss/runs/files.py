@@ -115,6 +115,11 @@ class RunFiles:
         return self.folder / "metrics.md"
 
     @property
+    def viewing(self) -> Path:
+        """What viewers gave the run, where it was part of a viewing test that has been analysed."""
+        return self.folder / "viewing.json"
+
+    @property
     def unseen_words(self) -> Path:
         """The numbers inside words that no training sentence holds, where there are some."""
         return self.folder / "metrics_unseen_words.json"

@@ -9,6 +9,7 @@ import json
 import logging
 import socket
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -74,12 +75,14 @@ class Server:
         port: 0 takes a free one.
         host: the address to listen on; others than this machine's own let other machines in.
         limits: what a client may use up.
+        names: others by which it is reached, with their port where it is not the usual one: those of a proxy.
 
     Raises:
         DnnvssError: the port cannot be used.
     """
 
-    def __init__(self, page: Page, port: int = 0, host: str = "127.0.0.1", limits: ServerLimits | None = None) -> None:
+    def __init__(self, page: Page, port: int = 0, host: str = "127.0.0.1", limits: ServerLimits | None = None,
+                 names: Sequence[str] = ()) -> None:
         self.page, self.limits, self._static = page, limits or ServerLimits(), page.static()
         remedy = "Give another one, or --port 0 for a free one"
         if not 0 <= port <= 65535:
@@ -90,8 +93,11 @@ class Server:
             raise DnnvssError(f"port {port} cannot be used ({error.strerror or error})", remedy=remedy) from error
         self.port = int(self._socket.getsockname()[1])
         self._host = host
-        names = {host, "localhost"} if host == "127.0.0.1" else {host}
-        self._names = {f"{name}:{self.port}" for name in names} | (names if self.port == 80 else set())
+        own = {host, "localhost"} if host == "127.0.0.1" else {host}
+        self._names = {f"{name}:{self.port}" for name in own} | (own if self.port == 80 else set())
+        self._origins = {f"http://{name}" for name in self._names}
+        self._origins |= {f"{scheme}://{name.lower()}" for name in names for scheme in ("http", "https")}
+        self._names |= {name.lower() for name in names}
         self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="studio", daemon=True)
         self._ready = threading.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -167,7 +173,7 @@ class Server:
         if request.method in _READING:
             return
         origins = request.headers.getall("Origin", [])
-        if any(origin.lower() not in {f"http://{name}" for name in self._names} for origin in origins):
+        if any(origin.lower() not in self._origins for origin in origins):
             raise _Refused(403, "another page may not change anything here", close=True)
         if request.headers.get("Sec-Fetch-Site", "same-origin") not in ("same-origin", "none"):
             raise _Refused(403, "another page may not change anything here", close=True)

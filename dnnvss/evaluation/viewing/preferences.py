@@ -1,0 +1,104 @@
+"""What may be said of preferences: shares over viewers, majorities, exact tests, strengths, sides."""
+
+from itertools import combinations
+
+import numpy as np
+
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.statistics import holm
+from dnnvss.evaluation.viewing.agreement import krippendorff
+from dnnvss.evaluation.viewing.bradley_terry import fit_bradley_terry
+from dnnvss.evaluation.viewing.judgements import Judgements
+from dnnvss.evaluation.viewing.shares import exact_share, majorities, share_over_viewers
+from dnnvss.evaluation.viewing.sheet import Sheet
+from dnnvss.evaluation.viewing.tables import (
+    Found,
+    Score,
+    Table,
+    agreement_table,
+    differences,
+    interval,
+    names_of,
+    over_viewers,
+    p_value,
+)
+
+
+def preference(sheet: Sheet, judged: Judgements) -> Found:
+    """What a preference test says."""
+    names, rows, tested = names_of(sheet), list[list[str]](), list[float]()
+    for a, b in combinations(range(len(names)), 2):
+        ahead, viewer = _ahead(judged, a, b)
+        if not len(ahead):
+            continue
+        own = np.array([ahead[viewer == v].mean() for v in np.unique(viewer)])
+        first, second, even = majorities(own)
+        all_judged = exact_share(int((ahead == 1).sum()), int((ahead != 0.5).sum()))
+        over, voted = share_over_viewers(own), exact_share(first, first + second)
+        tested.append(over.p)
+        rows.append([names[a], names[b], str(len(ahead)), str(int((ahead == 0.5).sum())), interval(over),
+                     p_value(over.p), f"{first} of {first + second}" + (f", {even} even" if even else ""),
+                     interval(voted), p_value(voted.p), interval(all_judged), p_value(all_judged.p)])
+    corrected = holm(tested)
+    rows = [[*row[:6], p_value(p), *row[6:]] for row, p in zip(rows, corrected, strict=True)]
+    head = ("first", "second", "judgements", "ties", "share for the first, over viewers", "p", "p (Holm)",
+            "viewers for the first", "their share, exact", "p", "judgements for the first, exact", "p")
+    notes = ("The share over viewers is the mean of the viewers' own shares, ties as halves, with the t interval: it "
+             "holds for viewers who were not asked.",
+             "The exact test of all judgements takes each as independent of the others, which judgements of one viewer "
+             "are not: it is given because papers print it, and says too much.")
+    tables = [Table("Preference", head, tuple(map(tuple, rows)), notes), _sides(sheet, judged)]
+    scores, more, warnings = _strengths(sheet, judged)
+    agreement = krippendorff(_preferred(judged, len(names)), nominal=True)
+    tables += [*more, agreement_table(agreement, "which is preferred")]
+    return Found(scores, "share of all pairs in which it was preferred", tuple(tables), tuple(warnings))
+
+
+def _ahead(judged: Judgements, a: int, b: int) -> tuple[np.ndarray, np.ndarray]:
+    """How far a was preferred to b in each of their judgements, and by whom."""
+    left, right = judged.condition.T
+    straight, turned = (left == a) & (right == b), (left == b) & (right == a)
+    ahead = np.where(turned, 1 - judged.value, judged.value)
+    mask = straight | turned
+    return ahead[mask], judged.viewer[mask]
+
+
+def _preferred(judged: Judgements, conditions: int) -> np.ndarray:
+    """Values (viewers, pairs of a sentence): 1 where the condition of the lower number was preferred."""
+    low, high = judged.condition.min(axis=1), judged.condition.max(axis=1)
+    item = (judged.sentence * conditions + low) * conditions + high
+    _, item = np.unique(item, return_inverse=True)
+    value = np.where(judged.condition[:, 0] == low, judged.value, 1 - judged.value)
+    table = np.full((len(judged.viewers), int(item.max(initial=0)) + 1), np.nan)
+    table[judged.viewer, item] = value
+    return table
+
+
+def _sides(sheet: Sheet, judged: Judgements) -> Table:
+    """Whether viewers have a side, whatever is on it."""
+    own = np.array([judged.value[judged.viewer == v].mean() for v in range(len(judged.viewers))])
+    left = share_over_viewers(own)
+    return Table("The left side", ("share for the left", "p"), ((interval(left), p_value(left.p)),),
+                 ("Sides are drawn so that they cancel out; a share far from one half tells of careless viewers.",))
+
+
+def _strengths(sheet: Sheet, judged: Judgements) -> tuple[dict[str, Score], list[Table], list[str]]:
+    """Shares of each condition against all others, and its strength where there are more than two."""
+    names, left = names_of(sheet), judged.condition[:, 0]
+    won = {n: np.where(left == k, judged.value, 1 - judged.value) for k, n in enumerate(names)}
+    scores = {}
+    for k, name in enumerate(names):
+        mask = (judged.condition == k).any(axis=1)
+        scores[name] = over_viewers(won[name][mask], judged.viewer[mask], share_over_viewers)
+    if len(names) < 3:
+        return scores, [], []
+    try:
+        fit = fit_bradley_terry(len(names), judged.condition, judged.value, judged.viewer)
+    except DnnvssError as error:
+        return scores, [], [f"Bradley-Terry: {error.problem}."]
+    table = Table("Strength (Bradley-Terry)", ("condition", "strength"),
+                  tuple((n, interval(Score(*map(float, row))))
+                        for n, row in zip(names, np.stack([fit.strengths, fit.low, fit.high], 1), strict=True)),
+                  ("On a logarithmic scale whose mean is 0: a condition that is stronger by 1 wins in 73 % of the "
+                   "judgements. Intervals take all judgements of a viewer as one.",))
+    return scores, [table, differences(names, fit.difference, "strength")], []

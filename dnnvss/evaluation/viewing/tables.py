@@ -1,0 +1,87 @@
+"""What an analysis shows: tables, scores with intervals, and how numbers stand in them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from dnnvss.evaluation.statistics import holm
+from dnnvss.evaluation.viewing.shares import Share
+from dnnvss.evaluation.viewing.sheet import Sheet
+
+NONE = "-"
+"""What stands where there is no number."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: title, heads of the columns, rows of cells, and what has to be said about it."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Score:
+    """What viewers gave a condition, with its 95 % interval over viewers; NaN where they are too few for one."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the tests of one kind of design give."""
+
+    scores: Mapping[str, Score]
+    unit: str
+    tables: tuple[Table, ...]
+    warnings: tuple[str, ...] = ()
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number in a table, a dash where there is none."""
+    return NONE if np.isnan(value) else f"{value:.{digits}f}"
+
+
+def p_value(p: float) -> str:
+    """A p in a table."""
+    return NONE if np.isnan(p) else "< .0001" if p < 1e-4 else f"{p:.4f}"
+
+
+def interval(share: Share | Score, digits: int = 3) -> str:
+    """A value with its interval in a table."""
+    alone = number(share.value, digits)
+    return alone if np.isnan(share.low) else f"{alone} ({number(share.low, digits)} to {number(share.high, digits)})"
+
+
+def names_of(sheet: Sheet) -> list[str]:
+    """The names of the conditions."""
+    return [c.name for c in sheet.conditions]
+
+
+def differences(names: Sequence[str], difference: Callable[[int, int], tuple[float, float, float, float]],
+                 title: str, digits: int = 3) -> Table:
+    """All differences of two conditions with their corrected p."""
+    pairs = list(combinations(range(len(names)), 2))
+    found = [difference(a, b) for a, b in pairs]
+    rows = tuple((names[a], names[b], interval(Score(*f[:3]), digits), p_value(f[3]), p_value(p))
+                 for (a, b), f, p in zip(pairs, found, holm([f[3] for f in found]), strict=True))
+    return Table(f"Differences in {title}", ("first", "second", "first less second", "p", "p (Holm)"), rows)
+
+
+def over_viewers(values: np.ndarray, viewer: np.ndarray, of: Callable[[np.ndarray], Share]) -> Score:
+    """The mean of viewers' own means with its interval."""
+    own = np.array([values[viewer == v].mean() for v in np.unique(viewer)])
+    found = of(own)
+    return Score(found.value, found.low, found.high)
+
+
+def agreement_table(alpha: float, about: str) -> Table:
+    """The table of how far viewers agree about something."""
+    return Table("Agreement of viewers", ("Krippendorff's alpha",), ((number(alpha),),),
+                 (f"About {about}: 1 is one mind, 0 is chance.",))

@@ -1,0 +1,145 @@
+"""The pages of viewing tests: as a folder for any host, and as a server that hands out lists and takes answers."""
+
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from dnnvss import files
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.viewing.answers import Answer, answer_files, check_answer, receive
+from dnnvss.evaluation.viewing.sheet import ANSWERS, PAGE, Sheet
+from dnnvss.records import as_record
+from dnnvss.settings import setting
+from dnnvss.studio.page import Page, Route
+
+PATIENCE = 3 * 3600.0
+"""Seconds for which a list that was handed out counts as seen, though no answer has come."""
+_MOST = 10_000
+"""Lists that are out at a time."""
+
+
+def write_page(folder: Path) -> Path:
+    """Write the files of the page beside the stimuli of a test, and return the one to open."""
+    for path, content in Page("viewing", ()).static().items():
+        if path != "/":
+            with files.replacing(folder / PAGE / path[1:]) as temporary:
+                temporary.write_bytes(content.body)
+    return folder / PAGE / "index.html"
+
+
+@dataclass(frozen=True)
+class Asking:
+    """What a page sends to be given a list."""
+
+    viewer: str = setting()
+
+
+class ViewingDesk:
+    """What the server of a test does: every list is handed out equally often, every answer read strictly.
+
+    Args:
+        folder: of the test, as ``dnnvss viewing make`` wrote it. Answers go to ``answers/`` in it.
+
+    Raises:
+        DnnvssError: there is no such test.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.sheet, self._lock = folder, Sheet.open(folder), threading.Lock()
+        answers = files.make_folder(folder / ANSWERS)
+        taken = receive(self.sheet, answer_files(answers)).answers
+        self._done = {answer.viewer: answer.list for answer in taken.values()}
+        self._out = dict[str, tuple[int, float]]()
+
+    @property
+    def count(self) -> int:
+        """Answers that have come."""
+        return len(self._done)
+
+    def page(self) -> Page:
+        """The page to serve."""
+        return Page("viewing", (
+            Route("GET", "/test.js", lambda asked: self.folder / PAGE / "test.js"),
+            Route("GET", "/stimuli/{name}", lambda asked: self.stimulus(asked.names["name"])),
+            Route("POST", "/place", lambda asked: {"list": self.place(asked.body)}),
+            Route("POST", "/answers", lambda asked: {"taken": self.take(asked.body)}),
+        ))
+
+    def stimulus(self, name: str) -> Path:
+        """The file of a stimulus of the sheet.
+
+        Raises:
+            DnnvssError: it is none.
+        """
+        if name not in {f"{s.id}.mp4" for s in self.sheet.stimuli}:
+            raise DnnvssError("there is no such stimulus", remedy="Load the page again")
+        return files.inside(self.folder / PAGE / "stimuli", name)
+
+    def place(self, body: Any) -> int:
+        """The list of a viewer: the same when asked again, else one that has been given out least often.
+
+        Raises:
+            DnnvssError: it is no viewer of the page.
+        """
+        viewer = as_record(Asking, body, "what was sent", "Load the page again").viewer
+        if not _known(viewer):
+            raise DnnvssError("this viewer has no number that the page gives out", remedy="Load the page again")
+        with self._lock:
+            now = time.monotonic()
+            self._out = {v: (k, t) for v, (k, t) in self._out.items() if now - t < PATIENCE}
+            if viewer in self._done:
+                return self._done[viewer]
+            if viewer in self._out:
+                return self._out[viewer][0]
+            if len(self._out) >= _MOST:
+                raise DnnvssError("too many viewers at a time", remedy="Try again in an hour")
+            chosen = least_given(len(self.sheet.lists), self._done, {v: k for v, (k, _) in self._out.items()})
+            self._out[viewer] = chosen, now
+            return chosen
+
+    def take(self, body: Any) -> str:
+        """Keep the answer of a viewer and return its file's name; the same answer again changes nothing.
+
+        Raises:
+            DnnvssError: it is not as the page sends it, or another one of this viewer is there.
+        """
+        answer: Answer = check_answer(self.sheet, body, "what was sent")
+        path = self.folder / ANSWERS / f"{answer.viewer}.json"
+        with self._lock:
+            if path.exists():
+                if files.read_json(path) == _whole(answer):
+                    return path.name
+                raise DnnvssError("another answer of this viewer is there already",
+                                  remedy="Begin anew for another viewer")
+            files.write_json(path, asdict(answer))
+            self._done[answer.viewer] = answer.list
+            self._out.pop(answer.viewer, None)
+        return path.name
+
+
+def _known(viewer: str) -> bool:
+    return len(viewer) == 32 and set(viewer) <= set("0123456789abcdef")
+
+
+def _whole(answer: Answer) -> Any:
+    """An answer as its file has it: lists for tuples."""
+    import json
+
+    return json.loads(files.json_text(asdict(answer)))
+
+
+def least_given(count: int, done: Mapping[str, int], out: Mapping[str, int]) -> int:
+    """The first of the lists that were answered or handed out least often.
+
+    Args:
+        count: of lists.
+        done, out: list by viewer.
+    """
+    given = [0] * count
+    for lists in (done, out):
+        for number in lists.values():
+            given[number] += 1
+    return given.index(min(given))

@@ -1,0 +1,216 @@
+"""Designs, lists, answers and what is made of them: each answer taken or refused by name, and no script runs."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import run_command
+from viewing_cases import CONF, design, plain, sheet_of, simulated
+
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.viewing.analysis import analyse
+from dnnvss.evaluation.viewing.answers import MOST, Received, receive
+from dnnvss.evaluation.viewing.design import Condition, conditions_of
+from dnnvss.evaluation.viewing.judgements import judgements, told
+from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
+from dnnvss.evaluation.viewing.making import script_json
+from dnnvss.evaluation.viewing.report import html_page, markdown, write_report
+from dnnvss.evaluation.viewing.sheet import Sheet
+from dnnvss.evaluation.viewing.sounds import cut, in_noise, speech_power
+from dnnvss.studio.viewing import least_given
+
+EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>|\n# \u2028"
+QUALITY = {"good": 1.0, "bad": -1.0, "through": 1.5, "smoothed": 0.0, "random": -2.0, "frozen": -3.0}
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in CONF.glob("*.yaml")))
+def test_every_design_is_laid_out_answered_and_analysed(name: str, tmp_path: Path) -> None:
+    sheet = sheet_of(design(name, sentences=6, per_viewer=6))
+    sheet.save(tmp_path)
+    assert Sheet.open(tmp_path) == sheet and "good" not in json.dumps(sheet.public())
+    sent = [(f"{n}.json", _bytes(plain(simulated(sheet, n, QUALITY)))) for n in range(16)]
+    received = receive(sheet, sent)
+    assert received.refused == {} and len(received.answers) == 16
+    result = analyse(sheet, received)
+    better, worse = ("through", "frozen") if name == "intelligibility" else ("good", "bad")
+    if name != "dscqs":
+        assert result.scores[better].low > result.scores[worse].value
+    else:
+        assert result.scores["smoothed"].high < 0
+    written = write_report(result, tmp_path)
+    page = written.page.read_text()
+    assert "<script" not in page and "default-src 'none'" in page and len(result.tables) >= 2
+    assert json.loads(written.data.read_text())["scores"].keys() == result.scores.keys()
+
+
+def _bytes(value: Any) -> bytes:
+    return json.dumps(value).encode()
+
+
+@pytest.mark.parametrize(("every", "ways", "treatments"), [(False, 2, 6), (True, 2, 6), (False, 1, 3), (True, 1, 5)])
+def test_all_lists_together_show_every_cell_equally_often(every: bool, ways: int, treatments: int) -> None:
+    shape = (10, 4, treatments, every, ways)
+    lists = [cells_of(k, *shape) for k in range(list_count(*shape))]
+    seen = Counter(cell for row in lists for cell in row)
+    assert len(seen) == 10 * treatments and len(set(seen.values())) == 1
+    for row in lists:
+        assert len({s for s, _ in row}) == 4 and len(row) == (4 * treatments // ways if every else 4)
+        order = ordered(row, 0, 1)
+        assert sorted(order) == sorted(row)
+        assert all(a != b for (a, _), (b, _) in zip(order[1:], order, strict=False))
+    assert len({tuple(ordered(lists[0], 0, k)) for k in range(5)}) > 1
+
+
+def test_the_server_hands_out_every_list_equally_often() -> None:
+    done, out = dict[str, int](), dict[str, int]()
+    for viewer in range(23):
+        out[str(viewer)] = least_given(5, done, out)
+        if viewer % 3:
+            done[str(viewer)] = out.pop(str(viewer))
+    given = Counter([*done.values(), *out.values()])
+    assert max(given.values()) - min(given.values()) <= 1
+
+
+def test_checks_stand_apart_and_never_first() -> None:
+    for number in range(50):
+        places = check_places(20, 3, 0, number)
+        assert places[0] >= 1 and places == sorted(places) and places[-1] < 20
+
+
+def test_designs_that_contradict_themselves_are_refused() -> None:
+    made = design("preference")
+    with pytest.raises(DnnvssError, match="two conditions at least"):
+        conditions_of(made, ["one"])
+    with pytest.raises(DnnvssError, match="shows run 3"):
+        conditions_of(replace(made, conditions=(Condition("a"), Condition("b", run=3))), ["x", "y"])
+    with pytest.raises(DnnvssError, match="cannot have an engine's voice"):
+        conditions_of(replace(made, sound="engine", anchors=("through",)), ["x", "y"])
+    with pytest.raises(DnnvssError, match="one sound"):
+        conditions_of(replace(made, conditions=(Condition("a"), Condition("b", sound="silent"))), ["x"])
+    for change in ({"per_viewer": 9}, {"kind": "dscqs"}, {"kind": "intelligibility"},
+                   {"conditions": (Condition("a"), Condition("a"))}):
+        with pytest.raises(DnnvssError):
+            replace(made, **change)
+
+
+def _damaged(answer: dict[str, Any], sheet: Sheet) -> dict[str, bytes]:
+    """Every kind of bad answer by what is said of it."""
+    def changed(**more: Any) -> bytes:
+        return _bytes({**answer, **more})
+
+    rows = answer["rows"]
+    deep = b"[" * 100_000
+    return {
+        "cut off": _bytes(answer)[:-40], "is no JSON": b"\xff\xfe\x00", "nested too deeply": deep,
+        "is longer than": b" " * (MOST + 1), "is no table": b"[]", "of the test": changed(test="other"),
+        "no number that the page": changed(viewer="../../../etc/passwd"), "there are": changed(list=10**6),
+        "rows": changed(rows="none"), "is no setting": changed(evil=EVIL), "answers 5 trials": changed(rows=rows[:-1]),
+        "not the": changed(rows=[*rows[:-1], rows[0]]), "ends before": changed(ended=1.0),
+        "NaN": _bytes(answer).replace(b"1000.0", b"NaN"), "other stimuli": changed(
+            rows=[{**rows[0], "stimuli": rows[1]["stimuli"]}, *rows[1:]]),
+        "another seed": changed(rows=[{**r, "stimuli": [{**s, "seed": 99} for s in r["stimuli"]]} for r in rows]),
+        "holds no choice": changed(rows=[{**rows[0], "choice": EVIL}, *rows[1:]]),
+        "a text of more than": changed(comment="x" * 5000), "others were asked": changed(questions=["a"]),
+        "too much": changed(rows=[{**rows[0], "seconds": 1e300}, *rows[1:]]),
+        "is no": changed(rows=[{**rows[0], "trial": {"a": 1}}, *rows[1:]]),
+    }
+
+
+def _crowd(sheet: Sheet, count: int) -> tuple[list[tuple[str, bytes]], int, int]:
+    """Answers of so many viewers, a tenth of them damaged in every way, copies and second answers among them."""
+    bad = list(_damaged(plain(simulated(sheet, 0, QUALITY)), sheet).values())
+    sent, good, wrong = list[tuple[str, bytes]](), 0, 0
+    for n in range(count):
+        if n % 10 == 3:
+            sent.append((f"{n}-{EVIL[:20]}.json", bad[(n // 10) % len(bad)]))
+            wrong += 1
+        elif n % 50 == 7:
+            sent.append((f"{n}.json", sent[n - 1][1]))
+            wrong += 1
+        else:
+            answer = {**plain(simulated(sheet, n, QUALITY, careless=n % 20 == 0)), "comment": EVIL}
+            sent.append((f"{n}.json", _bytes(answer)))
+            good += 1
+    return sent, good, wrong
+
+
+def test_damaged_answers_are_refused_by_name() -> None:
+    sheet = sheet_of(design("preference"))
+    answer = plain(simulated(sheet, 1, QUALITY))
+    assert len(answer["rows"]) == 5
+    for problem, data in _damaged(answer, sheet).items():
+        problem = problem.replace("answers 5", "answers 4")
+        received = receive(sheet, [("it", data)])
+        assert received.answers == {} and problem in received.refused["it"], (problem, received.refused)
+    later = {**answer, "ended": 3000.0}
+    received = receive(sheet, [("later", _bytes(later)), ("a", _bytes(answer)), ("b", _bytes(answer))])
+    assert list(received.answers) == ["a"]
+    assert received.refused == {"b": "is a copy of a", "later": "is by the viewer of a, later"}
+    with pytest.raises(DnnvssError, match="no answer counts"):
+        analyse(sheet, Received({}, {"x": "is bad"}))
+
+
+def test_no_script_of_an_answer_runs_in_the_page() -> None:
+    sheet = sheet_of(design("preference", title=EVIL))
+    sent, good, wrong = _crowd(sheet, 100)
+    received = receive(sheet, sent)
+    assert (len(received.answers), len(received.refused)) == (good, wrong)
+    result = analyse(sheet, received)
+    assert result.left_out and all("attention checks" in why for why in result.left_out.values())
+    page, text = html_page(result), markdown(result)
+    assert page.count("<script") == page.count("<img") == 0 and "&lt;script" in page
+    assert "<script" not in text and "\n# \u2028" not in text
+    assert "<" not in script_json({"text": EVIL}) and "\u2028" not in script_json({"text": EVIL})
+
+
+@pytest.mark.slow
+def test_ten_thousand_answers_are_each_taken_or_refused() -> None:
+    sheet = sheet_of(design("preference"))
+    sent, good, wrong = _crowd(sheet, 10_000)
+    received = receive(sheet, sent)
+    assert (len(received.answers), len(received.refused)) == (good, wrong)
+    assert {name for name, _ in sent} == {*received.answers, *received.refused}
+    result = analyse(sheet, received)
+    assert result.scores["good"].low > 0.85 and "<script" not in html_page(result)
+
+
+def test_a_word_counts_as_it_sounds() -> None:
+    assert told("Red ", "red") and told("read", "red") and told("be", "bee") and not told("bed", "red")
+    assert not told("", "red") and not told("<b>", "red")
+
+
+def test_words_are_cut_and_put_into_noise_of_a_level() -> None:
+    rng = np.random.default_rng(0)
+    speech = np.concatenate([np.zeros(8000), rng.normal(0, 0.05, 8000)]).astype(np.float32)
+    noisy = in_noise(speech, 16000, -6.0, (0, 1))
+    noise = noisy - speech
+    assert 10 * np.log10(speech_power(speech, 16000) / (noise ** 2).mean()) == pytest.approx(-6, abs=0.1)
+    assert (in_noise(speech, 16000, -6.0, (0, 1)) == noisy).all()
+    part = cut(speech, 16000, 0.9, 0.3, fade=True)
+    assert len(part) == 4800 and part[0] == 0 and part[-1] == 0
+    assert part[1000:3200] == pytest.approx(speech[15400:][:600].tolist() + [0.0] * 1600)
+
+
+def test_judgements_are_those_of_the_answers_and_checks_are_none() -> None:
+    sheet = sheet_of(design("dscqs"))
+    answer = simulated(sheet, 0, QUALITY)
+    judged = judgements(sheet, {"a": answer})
+    assert len(judged.value) == 4 and len(answer.rows) == 5
+    what = {s.id: s.condition for s in sheet.stimuli}
+    row = next(r for r in answer.rows if sheet.trials[r.trial].expect is None)
+    assert judged.condition[0].tolist() == [what[s.id] for s in row.stimuli]
+    assert judged.value[0].tolist() == list(row.scores)
+    assert len(judged.single().value) == 8
+
+
+def test_the_commands_of_power_and_of_designs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command("viewing", "power", "preference", "--viewers", "10,40", "--effect", "0.6,0.8") == 0
+    said = capsys.readouterr().out
+    assert "no result" in said and "for 80%" in said
+    assert run_command("viewing", "power", "nothing") == 2
+    assert "one of dscqs, intelligibility" in capsys.readouterr().err
+    assert run_command("viewing", "power", "preference", "--effect", "6") == 2
