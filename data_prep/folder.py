@@ -102,7 +102,7 @@ def _recordings(raw: Shelf) -> dict[str, Path | None]:
 
 def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool) -> Source:
     try:
-        transcript, times = _written(raw, name)
+        transcript, times = written(raw, name)
         text = " ".join(files.read_text(transcript, _WORDS).split())
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
@@ -119,7 +119,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool)
     return Source(name, text, words, video, marks, alignment=times, sound=sound, notes=_told(transcript, video))
 
 
-def _written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
+def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
     """The transcript of an id, and its phone times where there are any.
 
     A ``.lab`` of words, as the Montreal Forced Aligner wants it, is a transcript.

@@ -51,7 +51,8 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     if wrong.any():
         raise DnnvssError(f"landmarks of frame {np.flatnonzero(wrong)[0]} are NaN or infinite, though marked valid",
                           file=file, utterance=name, remedy="Mark frames without landmarks as not valid")
-    flat = (np.ptp(found.points, axis=1) == 0).all(axis=1) if found.points.shape[1] > 1 else np.zeros(count, bool)
+    flat = ((np.ptp(found.points, axis=1) == 0).all(axis=1) if found.points.shape[1] > 1 and dimensions > 1
+            else np.zeros(count, bool))
     found = replace(found, valid=found.valid & ~flat)  # what some trackers write where they see no face
     if not found.valid.any():
         raise DnnvssError("no frame has landmarks", file=file, utterance=name, remedy="Track the video again")

@@ -1,5 +1,7 @@
 """When each phone is spoken: a mean per phone, stretched by stress, place in the phrase, tempo and chance."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from dnnvss.corpus.talker.grammar import spoken_words
@@ -21,12 +23,18 @@ _SHORTEST = 0.035
 _EDGE, _PAUSE = (0.28, 0.48), (0.10, 0.30)  # silence at both ends, pause at a comma; seconds, uniform
 
 
-def speak(text: str, random: np.random.Generator) -> Alignment:
+def speak(text: str, random: np.random.Generator, forms: Mapping[str, tuple[str, ...]] | None = None) -> Alignment:
     """Return the tiers ``phones`` and ``words`` of a sentence; a pause is ``sil`` or ``sp``, ``""`` among the words.
 
     The length of a phone is its mean x tempo of the sentence x stress (0.72 for vowels without it) x position (the last
     vowel of a phrase and what follows it last 1.45 times as long) x chance, and never under 35 ms.
+
+    Args:
+        text: of known words.
+        random: of tempo, chance and pauses.
+        forms: the phones of each word; those of the talker's vocabulary where None.
     """
+    known = spoken_forms() if forms is None else forms
     tempo = np.exp(random.normal(0, _TEMPO_SD))
     phones: list[tuple[float, float, str]] = []
     words: list[tuple[float, float, str]] = []
@@ -34,7 +42,7 @@ def speak(text: str, random: np.random.Generator) -> Alignment:
     _append(words, 0.0, "", clock)
     phrases = spoken_words(text)
     for number, phrase in enumerate(phrases):
-        spoken = [spoken_forms()[word] for word in phrase]
+        spoken = [known[word] for word in phrase]
         lengths = iter(_lengths([phone for form in spoken for phone in form], tempo, random))
         for word, form in zip(phrase, spoken, strict=True):
             start = clock

@@ -1,0 +1,217 @@
+"""Motion capture as a corpus: markers in space, repaired, or the named curves of a rig."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from data_prep.capture.stages import groups_of, repaired
+from data_prep.folder import SOUNDS, written
+from data_prep.pipeline import prepare
+from data_prep.recipe import Recipe, Source, own_lexicon
+from data_prep.shelf import Shelf
+from data_prep.splits import read_splits
+from data_prep.stages import FOLDER, Workshop
+from data_prep.untold import speech_alone
+from dnnvss import files
+from dnnvss.corpus import UNITS, CorpusInfo
+from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.formats import Curves, marker_columns, read_curves, read_markers, write_npz
+from dnnvss.formats.openface import Landmarks
+from dnnvss.text.sentence import spoken_words
+from dnnvss.timing import FrameClock
+from dnnvss.timing.rates import even_frames, rate_of
+
+KINDS = (".c3d", ".trc", ".csv")
+"""Kinds of takes; where an id has several, the first."""
+_READ, VERSION = "takes", 1
+_WORDS = "Write the words of the take there, or give its sound alone"
+_MOST = 100_000_000
+"""Numbers of a take."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What is known of a take after it was read.
+
+    Args:
+        kind: ``markers`` or ``curves``.
+        names: of its markers or curves.
+        rate: frames a second, as text.
+        frames: how many.
+        lost: frames that the time stamps skip.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    rate: str
+    frames: int
+    lost: int = 0
+
+
+def prepare_motion(raw: str | Path, out: str | Path, *, name: str = "motion", variant: str = "en_us",
+                   lexicon: Mapping[str, str] | None = None, credit: str = "", val: float = 0.05,
+                   test: float = 0.05, jig: Sequence[str] | str = "jig",
+                   groups: Mapping[str, Sequence[str]] | None = None, rate: int | float | str | None = None,
+                   jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
+    """Return the folder of the prepared corpus.
+
+    A take is ``ID.c3d``, ``ID.trc`` or ``ID.csv``: markers in space (the columns of a CSV are ``NAME_x NAME_y
+    NAME_z``), or the named curves of a rig (Live Link Face, or a name over each column). Beside it lie ``ID.wav``
+    (flac, mp3), ``ID.txt`` with its words and, where known, phone times ``ID.TextGrid`` or ``ID.lab``. A take with
+    sound and without words serves systems that read the voice alone.
+
+    Markers are repaired (:mod:`data_prep.capture`): head motion is taken out by the markers of a jig, markers under
+    wrong names get their own, gaps are filled and noise is smoothed away. Each repaired stretch is written to
+    ``repairs/ID.json``, and a sum of them to the report.
+
+    Args:
+        raw: the folder of takes.
+        out: the folder to write.
+        name: name of the prepared corpus.
+        variant: pronunciation variant of the talker, ``en_us`` or ``en_gb``.
+        lexicon: word to phones, before the variant's lexicon.
+        credit: the line shown wherever a picture or number from the corpus is shown.
+        val, test: shares of the utterances, where the split is not given.
+        jig: names of the markers that sit on the head, or what they begin with.
+        groups: group to its markers, in order; by default the names without the digits at their end. ``lips`` is one
+            of them, a closed line round the mouth.
+        rate: frames a second of takes that do not tell it.
+        jobs, backend: processes and joblib backend.
+        strict: an utterance that would be dropped is an error.
+
+    Raises:
+        DnnvssError: no take, markers and curves in one folder, a jig that is not seen, or nothing is left.
+    """
+    shelf = Shelf(Path(raw))
+    takes = dict(reversed(list(shelf.of_kind(*reversed(KINDS)))))
+    takes = {i: path for i, path in takes.items() if _is_take(path)}
+    if not takes:
+        raise DnnvssError("holds no take", file=shelf.root, remedy=f"Put takes there: {' '.join(KINDS)}")
+    shop = Workshop(Path(out), jobs, backend, strict)
+    given = None if rate is None else str(FrameClock(rate).rate)
+    read = shop.run(_READ, read_take, {i: {"path": path, "rate": given} for i, path in takes.items()}, VERSION)
+    problems = {i: str(r["dropped"]) for i, r in read.items() if "dropped" in r}
+    known = {i: Taken(**{**r, "names": tuple(r["names"])}) for i, r in read.items() if i not in problems}
+    usual, odd = _common(known, shelf.root)
+    problems |= odd
+    good = {i: take for i, take in known.items() if i not in problems}
+    notes: dict[str, list[str]] = {i: _lost(take) for i, take in good.items()}
+    marks = {i: shop.out / FOLDER / _READ / f"{i}.npz" for i in good}
+    rows = {name: (k, k + 1) for k, name in enumerate(usual.names)}
+    if usual.kind == "markers":
+        settled = groups_of(usual.names, jig, groups)
+        done = repaired(shop, marks, settled, float(Fraction(usual.rate)), usual.names)
+        rows, marks = settled.rows, done.marks
+        problems |= done.problems
+        for i, told in done.notes.items():
+            notes[i] += told
+    dimensions = 3 if usual.kind == "markers" else 1
+    info = CorpusInfo(name, (0, 0), usual.rate, rows, variant, credit, dimensions, UNITS[dimensions])
+    sources = [Source(i, problem=problems[i]) if i in problems else _source(shelf, shop, i, marks[i], variant, notes[i])
+               for i in sorted(takes)]
+    recipe = Recipe(info, read_splits(shelf.root / "splits"), val=val, test=test, rate=usual.rate,
+                    lexicon=own_lexicon(lexicon), speech_valid=0.5)
+    return prepare(sources, recipe, shop)
+
+
+def _is_take(path: Path) -> bool:
+    """Whether a file is a take by its name; word times and the like may be CSV too."""
+    return path.suffix.lower() != ".csv" or not path.stem.lower().endswith("words")
+
+
+def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, Any]:
+    """What is known of a take, after writing it to ``out/.stages/takes/<id>.npz`` at a constant rate.
+
+    Raises:
+        DnnvssError: the file is damaged, its rate is not known, or it is far too long.
+    """
+    target = out / FOLDER / _READ / f"{name}.npz"
+    if path.suffix.lower() == ".csv" and marker_columns((curves := read_curves(path)).names) is None:
+        points, valid, clock = _evened(curves, rate, path)
+        kind, names, lost = "curves", curves.names, int((~valid).sum())
+    else:
+        found = read_markers(path)
+        kind, names, points, lost = "markers", found.names, found.points, 0
+        if found.rate is None and rate is None:
+            raise _no_rate(path)
+        clock = Fraction(rate) if rate else FrameClock(round(found.rate or 0.0, 3)).rate
+        valid = np.isfinite(points).any(axis=(1, 2))
+    if points.size > _MOST:
+        raise DnnvssError(f"holds {len(points):,} frames of {len(names)}", file=path, utterance=name,
+                          remedy="Cut it into takes of minutes")
+    write_npz(target, Landmarks(points.astype(np.float32), valid))
+    return {"kind": kind, "names": list(names), "rate": str(clock), "frames": len(points), "lost": lost}
+
+
+def _evened(curves: Curves, given: str | None, path: Path) -> tuple[np.ndarray, np.ndarray, Fraction]:
+    """Curves (F, C, 1) at a constant rate, which of the frames were taken, and the rate."""
+    values, valid = curves.values[..., None], np.isfinite(curves.values).all(axis=1)
+    values = np.where(np.isfinite(values), values, 0.0)
+    if curves.times is None or len(curves.times) < 2:
+        if given is None:
+            raise _no_rate(path)
+        return values, valid, Fraction(given)
+    rate = Fraction(given) if given else rate_of(curves.times - curves.times[0])
+    index, taken = even_frames(curves.times, rate)
+    return values[index], valid[index] & taken, rate
+
+
+def _no_rate(path: Path) -> DnnvssError:
+    return DnnvssError("does not tell its frame rate", file=path, remedy="Give it: corpus.importer.rate=120")
+
+
+def _common(known: Mapping[str, Taken], root: Path) -> tuple[Taken, dict[str, str]]:
+    """What most takes are like, and why others do not fit.
+
+    Raises:
+        DnnvssError: none could be read, or there are markers and curves.
+    """
+    if not known:
+        raise DnnvssError("none of its takes can be read", file=root, remedy="See the report, or read one alone")
+    if len(kinds := {take.kind for take in known.values()}) > 1:
+        one, two = (next(i for i, take in known.items() if take.kind == kind) for kind in sorted(kinds))
+        raise DnnvssError(f"holds curves ({one}) and markers ({two})", file=root,
+                          remedy="Prepare them as two corpora")
+    (names, rate), _ = Counter((take.names, take.rate) for take in known.values()).most_common(1)[0]
+    odd = {}
+    for i, take in known.items():
+        if take.names != names:
+            lacks = [n for n in names if n not in take.names] or [n for n in take.names if n not in names]
+            odd[i] = f"its {take.kind} are not those of the corpus: {', '.join(lacks[:4])}" \
+                if lacks else f"its {take.kind} come in another order"
+        elif take.rate != rate:
+            odd[i] = f"has {take.rate} frames a second, and most takes have {rate}"
+    usual = next(take for i, take in known.items() if i not in odd)
+    return usual, odd
+
+
+def _lost(take: Taken) -> list[str]:
+    return [f"{take.lost} frames were not taken ({take.kind} interpolated)"] if take.lost else []
+
+
+def _source(shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, notes: Sequence[str]) -> Source:
+    sound = shelf.get(name, *SOUNDS)
+    try:
+        if shelf.get(name, ".txt", ".lab") is None:
+            if sound is None:
+                raise DnnvssError("has neither words nor sound", file=shelf.path(name, ".txt"), utterance=name,
+                                  remedy=_WORDS)
+            return speech_alone(Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop)
+        transcript, times = written(shelf, name)
+        text = " ".join(files.read_text(transcript, _WORDS).split())
+        words = tuple(word for word, _ in spoken_words(text, variant))
+        if not words:
+            raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
+        if sound is None and times is None:
+            raise DnnvssError("has neither sound nor phone times", file=marks, utterance=name,
+                              remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")
+    except ShortageError:
+        raise
+    except DnnvssError as error:
+        return Source(name, problem=str(error))
+    return Source(name, text, words, landmarks=(marks,), alignment=times, sound=sound, notes=tuple(notes))
