@@ -57,8 +57,9 @@ def examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[str
              for n in names if made[n]["video"]}
     marks = {n: run.shop.arrays("landmarks", n) for n in names}
     info, limits = run.recipe.info, run.recipe.limits
-    run.found.append(f"{marks[names[0]]['points'].shape[1]} landmarks a frame, {info.dimensions} coordinates in "
-                     f"{info.unit}")
+    count = marks[names[0]]["points"].shape[1]
+    run.found.append(f"{count} curves of a rig" if info.dimensions == 1 else
+                     f"{count} landmarks a frame, {info.dimensions} coordinates in {info.unit}")
     lids = [row for eye in EYES for row in range(*info.landmark_groups.get(eye, (0, 0)))]
     doubts = _doubted(marks, clips, size if info.dimensions == 2 else (0, 0), limits, lids)
     for name in names:
@@ -111,7 +112,9 @@ def _doubted(marks: Mapping[str, Mapping[str, np.ndarray]], clips: Mapping[str, 
     outside = whole | ({n: m["valid"] & checkup.outside(m["points"], size, limits) for n, m in marks.items()}
                        if min(size) > 0 else {})
     valid = {n: m["valid"] & ~broken[n] & ~outside[n] for n, m in marks.items()}
-    ghosts = _ghosts({n: m["points"] for n, m in marks.items()}, valid, limits, lids)
+    points = {n: m["points"] for n, m in marks.items()}
+    curves = next(iter(points.values())).shape[2] == 1  # which no face constrains
+    ghosts = whole if curves else _ghosts(points, valid, limits, lids)
     return {BROKEN: broken, LOST: {n: ~m["valid"] for n, m in marks.items()}, OUTSIDE: outside, GHOSTS: ghosts,
             JUMPS: jumps}
 

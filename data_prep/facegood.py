@@ -26,8 +26,15 @@ _PREFIX, _NAMES = "bs_value_", "bsname.txt"
 _REMEDY = "Set corpus.raw to the folder with ID.flac, bs_value_ID.npz and bsname.txt"
 
 
-def prepare_facegood(raw: str | Path, out: str | Path, *, name: str = "facegood",
-                     jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
+def prepare_facegood(
+    raw: str | Path,
+    out: str | Path,
+    *,
+    name: str = "facegood",
+    jobs: int = -1,
+    backend: str = "loky",
+    strict: bool = False,
+) -> Path:
     """Return the folder of the prepared corpus: ``ID.flac`` (wav, mp3) and ``bs_value_ID.npz`` of each track.
 
     Args:
@@ -42,13 +49,15 @@ def prepare_facegood(raw: str | Path, out: str | Path, *, name: str = "facegood"
     """
     shelf, shop = Shelf(Path(raw)), Workshop(Path(out), jobs, backend, strict)
     names = curve_names(shelf.root / _NAMES)
-    tracks = {i: path for i, path in shelf.of_kind(".flac", ".wav", ".mp3")}
+    tracks = dict(shelf.of_kind(".flac", ".wav", ".mp3"))
     if not tracks:
         raise DnnvssError("holds no sound", file=shelf.root, remedy=_REMEDY)
     sources = [_source(shelf, shop, i, path, len(names)) for i, path in sorted(tracks.items())]
     rows = {curve: (k, k + 1) for k, curve in enumerate(names)}
     info = CorpusInfo(name, (0, 0), RATE, rows, "en_us", CREDIT, 1, UNITS[1])
-    recipe = Recipe(info, read_splits(shelf.root / "splits"), val=0.15, test=0.15, rate=RATE, speech_valid=0.5)
+    recipe = Recipe(
+        info, read_splits(shelf.root / "splits"), val=0.15, test=0.15, rate=RATE, speech_valid=0.5
+    )
     return prepare(sources, recipe, shop)
 
 
@@ -60,20 +69,30 @@ def curve_names(path: Path) -> tuple[str, ...]:
     """
     lines = [line.strip() for line in files.read_text(path, _REMEDY).splitlines() if line.strip()]
     if not lines or lines[0] != str(len(lines) - 1) or len(set(lines[1:])) < len(lines) - 1:
-        raise DnnvssError(f"holds {len(lines) - 1} names, and its first line says {lines[0] if lines else 'nothing'}",
-                          file=path, remedy="Give the number of curves, and a name a line")
+        raise DnnvssError(
+            f"holds {len(lines) - 1} names, and its first line says {lines[0] if lines else 'nothing'}",
+            file=path,
+            remedy="Give the number of curves, and a name a line",
+        )
     return tuple(lines[1:])
 
 
 def _source(shelf: Shelf, shop: Workshop, name: str, sound: Path, count: int) -> Source:
     path = shelf.root / f"{_PREFIX}{name}.npz"
     try:
-        arrays = [a for a in read_arrays(path, _REMEDY).values() if a.ndim == 2 and a.shape[1] == count]
+        arrays = [
+            a for a in read_arrays(path, _REMEDY).values() if a.ndim == 2 and a.shape[1] == count
+        ]
         if len(arrays) != 1 or not np.isfinite(arrays[0]).all():
-            raise DnnvssError(f"holds no curves (frames, {count})", file=path, utterance=name, remedy=_REMEDY)
+            raise DnnvssError(
+                f"holds no curves (frames, {count})", file=path, utterance=name, remedy=_REMEDY
+            )
         marks = shop.out / FOLDER / "curves" / f"{name}.npz"
         if not marks.is_file() or marks.stat().st_mtime < path.stat().st_mtime:
-            write_npz(marks, Landmarks(arrays[0].astype(np.float32)[..., None], np.ones(len(arrays[0]), bool)))
+            write_npz(
+                marks,
+                Landmarks(arrays[0].astype(np.float32)[..., None], np.ones(len(arrays[0]), bool)),
+            )
         return speech_alone(Source(name, landmarks=(marks,), sound=sound), shop)
     except ShortageError:
         raise

@@ -51,6 +51,42 @@ class GridSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MotionSettings:
+    """Of :func:`data_prep.motion.prepare_motion`."""
+
+    kind: str
+    name: str
+    variant: str = setting("en_us", choices=VARIANTS)
+    lexicon: Mapping[str, str] = setting({})
+    credit: str = ""
+    val: float = setting(0.05, least=0, below=1)
+    test: float = setting(0.05, least=0, below=1)
+    jig: str | tuple[str, ...] = "jig"
+    groups: Mapping[str, tuple[str, ...]] = setting({})
+    rate: int | float | str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionSettings:
+    """Of :func:`data_prep.session.prepare_session`."""
+
+    kind: str
+    name: str
+    form: str = setting("markers", choices=("markers", "curves"))
+    sentences: int = setting(55, least=3, most=1000)
+    held_out: int = setting(12, least=1, most=1000)
+    seed: int = setting(0, least=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FacegoodSettings:
+    """Of :func:`data_prep.facegood.prepare_facegood`."""
+
+    kind: str
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class DemoSettings:
     """Of :func:`data_prep.demo.prepare_demo`, which has no recordings to import."""
 
@@ -62,6 +98,9 @@ class DemoSettings:
 IMPORTERS: dict[str, tuple[str, type]] = {
     "folder": ("data_prep.folder.prepare_folder", FolderSettings),
     "grid": ("data_prep.grid.prepare_grid", GridSettings),
+    "motion": ("data_prep.motion.prepare_motion", MotionSettings),
+    "session": ("data_prep.session.prepare_session", SessionSettings),
+    "facegood": ("data_prep.facegood.prepare_facegood", FacegoodSettings),
 }
 """The function of each importer and the type of its settings."""
 DEMO = "data_prep.demo.prepare_demo"

@@ -53,11 +53,23 @@ class Taken:
     lost: int = 0
 
 
-def prepare_motion(raw: str | Path, out: str | Path, *, name: str = "motion", variant: str = "en_us",
-                   lexicon: Mapping[str, str] | None = None, credit: str = "", val: float = 0.05,
-                   test: float = 0.05, jig: Sequence[str] | str = "jig",
-                   groups: Mapping[str, Sequence[str]] | None = None, rate: int | float | str | None = None,
-                   jobs: int = -1, backend: str = "loky", strict: bool = False) -> Path:
+def prepare_motion(
+    raw: str | Path,
+    out: str | Path,
+    *,
+    name: str = "motion",
+    variant: str = "en_us",
+    lexicon: Mapping[str, str] | None = None,
+    credit: str = "",
+    val: float = 0.05,
+    test: float = 0.05,
+    jig: Sequence[str] | str = "jig",
+    groups: Mapping[str, Sequence[str]] | None = None,
+    rate: int | float | str | None = None,
+    jobs: int = -1,
+    backend: str = "loky",
+    strict: bool = False,
+) -> Path:
     """Return the folder of the prepared corpus.
 
     A take is ``ID.c3d``, ``ID.trc`` or ``ID.csv``: markers in space (the columns of a CSV are ``NAME_x NAME_y
@@ -91,12 +103,18 @@ def prepare_motion(raw: str | Path, out: str | Path, *, name: str = "motion", va
     takes = dict(reversed(list(shelf.of_kind(*reversed(KINDS)))))
     takes = {i: path for i, path in takes.items() if _is_take(path)}
     if not takes:
-        raise DnnvssError("holds no take", file=shelf.root, remedy=f"Put takes there: {' '.join(KINDS)}")
+        raise DnnvssError(
+            "holds no take", file=shelf.root, remedy=f"Put takes there: {' '.join(KINDS)}"
+        )
     shop = Workshop(Path(out), jobs, backend, strict)
     given = None if rate is None else str(FrameClock(rate).rate)
-    read = shop.run(_READ, read_take, {i: {"path": path, "rate": given} for i, path in takes.items()}, VERSION)
+    read = shop.run(
+        _READ, read_take, {i: {"path": path, "rate": given} for i, path in takes.items()}, VERSION
+    )
     problems = {i: str(r["dropped"]) for i, r in read.items() if "dropped" in r}
-    known = {i: Taken(**{**r, "names": tuple(r["names"])}) for i, r in read.items() if i not in problems}
+    known = {
+        i: Taken(**{**r, "names": tuple(r["names"])}) for i, r in read.items() if i not in problems
+    }
     usual, odd = _common(known, shelf.root)
     problems |= odd
     good = {i: take for i, take in known.items() if i not in problems}
@@ -111,11 +129,24 @@ def prepare_motion(raw: str | Path, out: str | Path, *, name: str = "motion", va
         for i, told in done.notes.items():
             notes[i] += told
     dimensions = 3 if usual.kind == "markers" else 1
-    info = CorpusInfo(name, (0, 0), usual.rate, rows, variant, credit, dimensions, UNITS[dimensions])
-    sources = [Source(i, problem=problems[i]) if i in problems else _source(shelf, shop, i, marks[i], variant, notes[i])
-               for i in sorted(takes)]
-    recipe = Recipe(info, read_splits(shelf.root / "splits"), val=val, test=test, rate=usual.rate,
-                    lexicon=own_lexicon(lexicon), speech_valid=0.5)
+    info = CorpusInfo(
+        name, (0, 0), usual.rate, rows, variant, credit, dimensions, UNITS[dimensions]
+    )
+    sources = [
+        Source(i, problem=problems[i])
+        if i in problems
+        else _source(shelf, shop, i, marks[i], variant, notes[i])
+        for i in sorted(takes)
+    ]
+    recipe = Recipe(
+        info,
+        read_splits(shelf.root / "splits"),
+        val=val,
+        test=test,
+        rate=usual.rate,
+        lexicon=own_lexicon(lexicon),
+        speech_valid=0.5,
+    )
     return prepare(sources, recipe, shop)
 
 
@@ -131,7 +162,10 @@ def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, A
         DnnvssError: the file is damaged, its rate is not known, or it is far too long.
     """
     target = out / FOLDER / _READ / f"{name}.npz"
-    if path.suffix.lower() == ".csv" and marker_columns((curves := read_curves(path)).names) is None:
+    if (
+        path.suffix.lower() == ".csv"
+        and marker_columns((curves := read_curves(path)).names) is None
+    ):
         points, valid, clock = _evened(curves, rate, path)
         kind, names, lost = "curves", curves.names, int((~valid).sum())
     else:
@@ -142,13 +176,25 @@ def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, A
         clock = Fraction(rate) if rate else FrameClock(round(found.rate or 0.0, 3)).rate
         valid = np.isfinite(points).any(axis=(1, 2))
     if points.size > _MOST:
-        raise DnnvssError(f"holds {len(points):,} frames of {len(names)}", file=path, utterance=name,
-                          remedy="Cut it into takes of minutes")
+        raise DnnvssError(
+            f"holds {len(points):,} frames of {len(names)}",
+            file=path,
+            utterance=name,
+            remedy="Cut it into takes of minutes",
+        )
     write_npz(target, Landmarks(points.astype(np.float32), valid))
-    return {"kind": kind, "names": list(names), "rate": str(clock), "frames": len(points), "lost": lost}
+    return {
+        "kind": kind,
+        "names": list(names),
+        "rate": str(clock),
+        "frames": len(points),
+        "lost": lost,
+    }
 
 
-def _evened(curves: Curves, given: str | None, path: Path) -> tuple[np.ndarray, np.ndarray, Fraction]:
+def _evened(
+    curves: Curves, given: str | None, path: Path
+) -> tuple[np.ndarray, np.ndarray, Fraction]:
     """Curves (F, C, 1) at a constant rate, which of the frames were taken, and the rate."""
     values, valid = curves.values[..., None], np.isfinite(curves.values).all(axis=1)
     values = np.where(np.isfinite(values), values, 0.0)
@@ -162,7 +208,9 @@ def _evened(curves: Curves, given: str | None, path: Path) -> tuple[np.ndarray, 
 
 
 def _no_rate(path: Path) -> DnnvssError:
-    return DnnvssError("does not tell its frame rate", file=path, remedy="Give it: corpus.importer.rate=120")
+    return DnnvssError(
+        "does not tell its frame rate", file=path, remedy="Give it: corpus.importer.rate=120"
+    )
 
 
 def _common(known: Mapping[str, Taken], root: Path) -> tuple[Taken, dict[str, str]]:
@@ -172,18 +220,30 @@ def _common(known: Mapping[str, Taken], root: Path) -> tuple[Taken, dict[str, st
         DnnvssError: none could be read, or there are markers and curves.
     """
     if not known:
-        raise DnnvssError("none of its takes can be read", file=root, remedy="See the report, or read one alone")
+        raise DnnvssError(
+            "none of its takes can be read", file=root, remedy="See the report, or read one alone"
+        )
     if len(kinds := {take.kind for take in known.values()}) > 1:
-        one, two = (next(i for i, take in known.items() if take.kind == kind) for kind in sorted(kinds))
-        raise DnnvssError(f"holds curves ({one}) and markers ({two})", file=root,
-                          remedy="Prepare them as two corpora")
+        one, two = (
+            next(i for i, take in known.items() if take.kind == kind) for kind in sorted(kinds)
+        )
+        raise DnnvssError(
+            f"holds curves ({one}) and markers ({two})",
+            file=root,
+            remedy="Prepare them as two corpora",
+        )
     (names, rate), _ = Counter((take.names, take.rate) for take in known.values()).most_common(1)[0]
     odd = {}
     for i, take in known.items():
         if take.names != names:
-            lacks = [n for n in names if n not in take.names] or [n for n in take.names if n not in names]
-            odd[i] = f"its {take.kind} are not those of the corpus: {', '.join(lacks[:4])}" \
-                if lacks else f"its {take.kind} come in another order"
+            lacks = [n for n in names if n not in take.names] or [
+                n for n in take.names if n not in names
+            ]
+            odd[i] = (
+                f"its {take.kind} are not those of the corpus: {', '.join(lacks[:4])}"
+                if lacks
+                else f"its {take.kind} come in another order"
+            )
         elif take.rate != rate:
             odd[i] = f"has {take.rate} frames a second, and most takes have {rate}"
     usual = next(take for i, take in known.items() if i not in odd)
@@ -194,24 +254,40 @@ def _lost(take: Taken) -> list[str]:
     return [f"{take.lost} frames were not taken ({take.kind} interpolated)"] if take.lost else []
 
 
-def _source(shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, notes: Sequence[str]) -> Source:
+def _source(
+    shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, notes: Sequence[str]
+) -> Source:
     sound = shelf.get(name, *SOUNDS)
     try:
         if shelf.get(name, ".txt", ".lab") is None:
             if sound is None:
-                raise DnnvssError("has neither words nor sound", file=shelf.path(name, ".txt"), utterance=name,
-                                  remedy=_WORDS)
-            return speech_alone(Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop)
+                raise DnnvssError(
+                    "has neither words nor sound",
+                    file=shelf.path(name, ".txt"),
+                    utterance=name,
+                    remedy=_WORDS,
+                )
+            return speech_alone(
+                Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop
+            )
         transcript, times = written(shelf, name)
         text = " ".join(files.read_text(transcript, _WORDS).split())
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
-            raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
+            raise DnnvssError(
+                "the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS
+            )
         if sound is None and times is None:
-            raise DnnvssError("has neither sound nor phone times", file=marks, utterance=name,
-                              remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")
+            raise DnnvssError(
+                "has neither sound nor phone times",
+                file=marks,
+                utterance=name,
+                remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it",
+            )
     except ShortageError:
         raise
     except DnnvssError as error:
         return Source(name, problem=str(error))
-    return Source(name, text, words, landmarks=(marks,), alignment=times, sound=sound, notes=tuple(notes))
+    return Source(
+        name, text, words, landmarks=(marks,), alignment=times, sound=sound, notes=tuple(notes)
+    )

@@ -24,16 +24,33 @@ _PITCH, CURVE_RATE = 185.0, 60
 TRUTH = "truth"
 """The folder beside the takes with what is true of each: points, and where markers were swapped or thrown."""
 CURVES: Mapping[str, Mapping[str, float]] = {
-    "JawOpen": {"jaw": 0.9}, "MouthClose": {"jaw": 0.45, "opening": -0.6}, "MouthPucker": {"rounding": 0.9},
-    "MouthFunnel": {"protrusion": 0.8}, "MouthStretchLeft": {"spread": 0.7}, "MouthStretchRight": {"spread": 0.68},
-    "MouthRollLower": {"tuck": 0.8}, "TongueOut": {"tongue_front": 0.5}, "EyeBlinkLeft": {"blink": 1.0},
-    "EyeBlinkRight": {"blink": 0.97}}
+    "JawOpen": {"jaw": 0.9},
+    "MouthClose": {"jaw": 0.45, "opening": -0.6},
+    "MouthPucker": {"rounding": 0.9},
+    "MouthFunnel": {"protrusion": 0.8},
+    "MouthStretchLeft": {"spread": 0.7},
+    "MouthStretchRight": {"spread": 0.68},
+    "MouthRollLower": {"tuck": 0.8},
+    "TongueOut": {"tongue_front": 0.5},
+    "EyeBlinkLeft": {"blink": 1.0},
+    "EyeBlinkRight": {"blink": 0.97},
+}
 """Curve of a rig to the articulators that it is the sum of."""
 
 
-def prepare_session(raw: str | Path, out: str | Path, *, name: str = "session", form: str = "markers",
-                    sentences: int = 55, held_out: int = 12, seed: int = 0, jobs: int = -1, backend: str = "loky",
-                    strict: bool = False) -> Path:
+def prepare_session(
+    raw: str | Path,
+    out: str | Path,
+    *,
+    name: str = "session",
+    form: str = "markers",
+    sentences: int = 55,
+    held_out: int = 12,
+    seed: int = 0,
+    jobs: int = -1,
+    backend: str = "loky",
+    strict: bool = False,
+) -> Path:
     """Return the folder of the prepared corpus, after the session was performed into ``raw``, unless it is there.
 
     Args:
@@ -50,42 +67,78 @@ def prepare_session(raw: str | Path, out: str | Path, *, name: str = "session", 
         DnnvssError: ``raw`` holds something else, or less than three sentences are asked for.
     """
     if sentences < 3 or held_out < 1:
-        raise DnnvssError(f"cannot make a session of {sentences} sentences and {held_out}",
-                          remedy="Ask for 3 and 1 at least")
+        raise DnnvssError(
+            f"cannot make a session of {sentences} sentences and {held_out}",
+            remedy="Ask for 3 and 1 at least",
+        )
     raw = Path(raw)
-    kept = {"version": VERSION, "form": form, "sentences": sentences, "held_out": held_out, "seed": seed}
-    if not (raw / "session.json").is_file() and raw.is_dir() and any(raw.iterdir()) and not (raw / TRUTH).is_dir():
-        raise DnnvssError("is not empty, and no session", file=raw, remedy="Give a new folder: corpus.raw=FOLDER")
+    kept = {
+        "version": VERSION,
+        "form": form,
+        "sentences": sentences,
+        "held_out": held_out,
+        "seed": seed,
+    }
+    if (
+        not (raw / "session.json").is_file()
+        and raw.is_dir()
+        and any(raw.iterdir())
+        and not (raw / TRUTH).is_dir()
+    ):
+        raise DnnvssError(
+            "is not empty, and no session", file=raw, remedy="Give a new folder: corpus.raw=FOLDER"
+        )
     if not (raw / "session.json").is_file() or files.read_json(raw / "session.json") != kept:
         _perform(raw, form, sentences, held_out, seed, Workshop(Path(out), jobs, backend))
         files.write_json(raw / "session.json", kept)
-    return prepare_motion(raw, out, name=name, credit=CREDIT, jobs=jobs, backend=backend, strict=strict)
+    return prepare_motion(
+        raw, out, name=name, credit=CREDIT, jobs=jobs, backend=backend, strict=strict
+    )
 
 
-def _perform(raw: Path, form: str, sentences: int, held_out: int, seed: int, shop: Workshop) -> None:
+def _perform(
+    raw: Path, form: str, sentences: int, held_out: int, seed: int, shop: Workshop
+) -> None:
     texts = times_of_day(sentences, seed)
     texts += times_of_day(held_out, seed + 1, without=texts)
     for path in raw.glob("take_*"):
         files.remove(path)
-    tasks = {f"take_{k:03d}": {"raw": str(raw.resolve()), "number": k, "text": text, "form": form, "seed": seed}
-             for k, text in enumerate(texts)}
+    tasks = {
+        f"take_{k:03d}": {
+            "raw": str(raw.resolve()),
+            "number": k,
+            "text": text,
+            "form": form,
+            "seed": seed,
+        }
+        for k, text in enumerate(texts)
+    }
     for ended in shop.run("session", perform, tasks, VERSION).values():
         if "dropped" in ended:
             raise DnnvssError(str(ended["dropped"]))
     ids, val = list(tasks), max(1, sentences // 11)
-    splits = {"train": ids[: sentences - val], "val": ids[sentences - val : sentences], "test": ids[sentences:]}
+    splits = {
+        "train": ids[: sentences - val],
+        "val": ids[sentences - val : sentences],
+        "test": ids[sentences:],
+    }
     for split, own in splits.items():
         files.write_text(raw / "splits" / f"{split}.txt", "\n".join(own) + "\n")
 
 
-def perform(name: str, out: Path, raw: str, number: int, text: str, form: str, seed: int) -> dict[str, Any]:
+def perform(
+    name: str, out: Path, raw: str, number: int, text: str, form: str, seed: int
+) -> dict[str, Any]:
     """Write a take with its words, sound, phone times and truth into ``raw``."""
     home = Path(raw)
     if form == "curves":
         performed = perform_words(text, np.random.default_rng([seed, number, 8]))
         alignment = performed.alignment
         times = FrameClock(CURVE_RATE).centres(FrameClock(CURVE_RATE).edge(alignment.end))
-        write_curves(home / f"{name}.csv", Curves(tuple(CURVES), rig_curves(performed.motion.at(times)), times))
+        write_curves(
+            home / f"{name}.csv",
+            Curves(tuple(CURVES), rig_curves(performed.motion.at(times)), times),
+        )
     else:
         take = capture(number, text, seed, Faults())
         alignment = take.alignment
@@ -105,4 +158,6 @@ def rig_curves(rows: np.ndarray) -> np.ndarray:
 
 
 def _keep_truth(path: Path, take: CapturedTake) -> None:
-    files.write_arrays(path, points=take.truth.astype(np.float32), swaps=take.swaps, flickers=take.flickers)
+    files.write_arrays(
+        path, points=take.truth.astype(np.float32), swaps=take.swaps, flickers=take.flickers
+    )

@@ -5,5 +5,15 @@ from data_prep.capture.learnt import Usual, learn_usual
 from data_prep.capture.names import Renamed, renamed
 from data_prep.capture.repair import Repaired, settled, whole
 
-__all__ = ["HeadPose", "Renamed", "Repaired", "Usual", "find_head", "jig_of", "learn_usual", "renamed", "settled",
-           "whole"]
+__all__ = [
+    "HeadPose",
+    "Renamed",
+    "Repaired",
+    "Usual",
+    "find_head",
+    "jig_of",
+    "learn_usual",
+    "renamed",
+    "settled",
+    "whole",
+]

@@ -50,7 +50,9 @@ def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _smoothest(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    course = np.linalg.solve(np.diag(known.astype(float)) + _SMOOTH * _form(len(values)), known * values)
+    course = np.linalg.solve(
+        np.diag(known.astype(float)) + _SMOOTH * _form(len(values)), known * values
+    )
     return np.where(known, values, course)
 
 

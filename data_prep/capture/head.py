@@ -54,12 +54,19 @@ def jig_of(takes: Sequence[np.ndarray], rounds: int = 4) -> np.ndarray:
         DnnvssError: it has fewer than three markers, or is never seen whole, or lies on a line.
     """
     whole = [take[np.isfinite(take).all(axis=(1, 2))] for take in takes]
-    rows = np.concatenate([take[:: max(1, len(take) // 60)] for take in whole]) if whole else np.zeros((0, 0, 3))
+    rows = (
+        np.concatenate([take[:: max(1, len(take) // 60)] for take in whole])
+        if whole
+        else np.zeros((0, 0, 3))
+    )
     if not len(rows) or rows.shape[1] < _LEAST:
         count = takes[0].shape[1] if takes else 0
-        raise DnnvssError(f"the {count} markers of the jig are never seen together"
-                          if count >= _LEAST else f"the jig has {count} markers, and a pose needs {_LEAST}",
-                          remedy="Name the markers that sit on the head: corpus.importer.jig=[NAME, ...]")
+        raise DnnvssError(
+            f"the {count} markers of the jig are never seen together"
+            if count >= _LEAST
+            else f"the jig has {count} markers, and a pose needs {_LEAST}",
+            remedy="Name the markers that sit on the head: corpus.importer.jig=[NAME, ...]",
+        )
     jig = rows[0] - rows[0].mean(axis=0)
     for _ in range(rounds):
         pose = fit_similarity(rows, jig, rigid=True)
@@ -67,8 +74,10 @@ def jig_of(takes: Sequence[np.ndarray], rounds: int = 4) -> np.ndarray:
         jig = jig - jig.mean(axis=0)
     spread = np.linalg.svd(jig, compute_uv=False)
     if spread[1] < 0.02 * spread[0]:
-        raise DnnvssError("the markers of the jig lie on a line, which does not tell how the head turns",
-                          remedy="Name more markers that sit on the head: corpus.importer.jig=[NAME, ...]")
+        raise DnnvssError(
+            "the markers of the jig lie on a line, which does not tell how the head turns",
+            remedy="Name more markers that sit on the head: corpus.importer.jig=[NAME, ...]",
+        )
     return np.asarray(jig)
 
 
@@ -87,13 +96,19 @@ def find_head(seen: np.ndarray, jig: np.ndarray, rate: float) -> HeadPose:
         DnnvssError: three markers are seen in less than half of the frames.
     """
     there = np.isfinite(seen).all(axis=2)
-    turn, shift, left = np.tile(np.eye(3), (len(seen), 1, 1)), np.zeros((len(seen), 3)), np.full(len(seen), np.nan)
+    turn, shift, left = (
+        np.tile(np.eye(3), (len(seen), 1, 1)),
+        np.zeros((len(seen), 3)),
+        np.full(len(seen), np.nan),
+    )
     for f in np.flatnonzero(there.sum(axis=1) >= _LEAST):
         turn[f], shift[f], left[f], there[f] = _fitted(seen[f], jig, there[f])
     known = np.isfinite(left)
     if known.mean() < _SEEN:
-        raise DnnvssError(f"its jig is seen in {known.sum()} of {len(known)} frames",
-                          remedy="Leave the take out, or name other markers: corpus.importer.jig=[NAME, ...]")
+        raise DnnvssError(
+            f"its jig is seen in {known.sum()} of {len(known)} frames",
+            remedy="Leave the take out, or name other markers: corpus.importer.jig=[NAME, ...]",
+        )
     stands = np.einsum("fij,mj->fmi", turn, jig) + shift[:, None]
     filled = np.where(there[..., None], seen, stands)
     filled = fill_invalid(filled, known)
@@ -102,8 +117,9 @@ def find_head(seen: np.ndarray, jig: np.ndarray, rate: float) -> HeadPose:
     return HeadPose(pose.turn, pose.centre, left)
 
 
-def _fitted(seen: np.ndarray, jig: np.ndarray, there: np.ndarray
-            ) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+def _fitted(
+    seen: np.ndarray, jig: np.ndarray, there: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
     """Rotation, shift, RMS error and the markers that were believed, of one frame (J, 3)."""
     kept = there.copy()
     while True:

@@ -12,7 +12,7 @@ _LEAST = 1e-3
 _JERKS = np.logspace(2, 11, 19)
 """Spectral densities of the jerk that are tried, in variances of the noise per second^5."""
 _QUICKER = 3
-"""Steps above the likeliest density: speech stands still most of the time, and its quickest moments must not be lost."""
+"""Steps above the likeliest density: speech mostly stands still, and its quickest moments must not be lost."""
 _FEW = 8
 """Frames below which nothing is smoothed."""
 
@@ -22,7 +22,9 @@ def noise_of(tracks: np.ndarray) -> np.ndarray:
 
     Movement of speech at 100 frames a second has next to none; white noise of variance s has 20 s.
     """
-    return np.maximum(TO_SIGMA * np.median(np.abs(np.diff(tracks, n=3, axis=0)), axis=0) / np.sqrt(20), _LEAST)
+    return np.maximum(
+        TO_SIGMA * np.median(np.abs(np.diff(tracks, n=3, axis=0)), axis=0) / np.sqrt(20), _LEAST
+    )
 
 
 def smoothed(tracks: np.ndarray, rate: float) -> np.ndarray:
@@ -52,16 +54,23 @@ def _model(rate: float, jerk: float) -> tuple[np.ndarray, np.ndarray]:
     """Transition (3, 3) of place, speed and acceleration over a frame, and what the jerk adds to their covariance."""
     t = 1 / rate
     step = np.array([[1, t, t**2 / 2], [0, 1, t], [0, 0, 1]])
-    added = jerk * np.array([[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]])
+    added = jerk * np.array(
+        [[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]]
+    )
     return step, added
 
 
-def _filtered(scaled: np.ndarray, rate: float, jerk: float
-              ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _filtered(
+    scaled: np.ndarray, rate: float, jerk: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """States (F, 3, C) and covariances (F, 3, 3) after each frame, those before it, and log likelihoods (C,)."""
     step, added = _model(rate, jerk)
     frames, columns = scaled.shape
-    states, covariances, before = np.empty((frames, 3, columns)), np.empty((frames, 3, 3)), np.empty((frames, 3, 3))
+    states, covariances, before = (
+        np.empty((frames, 3, columns)),
+        np.empty((frames, 3, 3)),
+        np.empty((frames, 3, 3)),
+    )
     state, covariance = np.zeros((3, columns)), np.diag([1.0, 1e6, 1e9])
     likely = np.zeros(columns)
     for f in range(frames):

@@ -39,7 +39,9 @@ class Usual:
         its own for each coordinate.
         """
         parts = range(0, len(rows), _CHUNK)
-        return np.concatenate([self._told(rows[k : k + _CHUNK], known[k : k + _CHUNK]) for k in parts])
+        return np.concatenate(
+            [self._told(rows[k : k + _CHUNK], known[k : k + _CHUNK]) for k in parts]
+        )
 
     def _told(self, rows: np.ndarray, known: np.ndarray) -> np.ndarray:
         weights = known / self.own

@@ -1,6 +1,7 @@
 """Markers under wrong names: swapped with another, or elsewhere for a moment."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -40,10 +41,13 @@ class Renamed:
         count = self.source.shape[1]
         found = []
         for marker in range(count):
-            wrong = np.where((self.source[:, marker] >= 0) & (self.source[:, marker] != marker),
-                             self.source[:, marker], -1)
+            wrong = np.where(
+                (self.source[:, marker] >= 0) & (self.source[:, marker] != marker),
+                self.source[:, marker],
+                -1,
+            )
             cuts = [0, *(np.flatnonzero(np.diff(wrong)) + 1).tolist(), len(wrong)]
-            found += [(marker, int(wrong[a]), a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True) if wrong[a] >= 0]
+            found += [(marker, int(wrong[a]), a, b) for a, b in pairwise(cuts) if wrong[a] >= 0]
         return found
 
 
@@ -71,7 +75,9 @@ def renamed(points: np.ndarray, rest: np.ndarray, rate: float) -> Renamed:
         names = _named(points[f], there, expected, gates)
         for marker in np.flatnonzero(there & ~np.isin(np.arange(count), names)):
             homeless[marker] += 1
-            if homeless[marker] > _LOST * rate and names[marker] < 0:  # it is the expectation that is lost
+            if (
+                homeless[marker] > _LOST * rate and names[marker] < 0
+            ):  # it is the expectation that is lost
                 names[marker] = marker
             else:
                 thrown[f, marker] = True
@@ -102,8 +108,14 @@ def _neighbours(rest: np.ndarray) -> np.ndarray:
     return np.argsort(far, axis=1)[:, : min(_NEAR, len(rest) - 1)]
 
 
-def _expected(f: int, last: np.ndarray, speed: np.ndarray, seen: np.ndarray, held: np.ndarray,
-              near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _expected(
+    f: int,
+    last: np.ndarray,
+    speed: np.ndarray,
+    seen: np.ndarray,
+    held: np.ndarray,
+    near: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """Where each marker (M, 3) is expected, and how far from there it may be (M,)."""
     gap = f - 1 - seen
     moving = last + speed
@@ -113,7 +125,9 @@ def _expected(f: int, last: np.ndarray, speed: np.ndarray, seen: np.ndarray, hel
     return expected, gates
 
 
-def _named(points: np.ndarray, there: np.ndarray, expected: np.ndarray, gates: np.ndarray) -> np.ndarray:
+def _named(
+    points: np.ndarray, there: np.ndarray, expected: np.ndarray, gates: np.ndarray
+) -> np.ndarray:
     """The name (M,) under which each marker is found, -1 where under none."""
     off = np.linalg.norm(points - expected, axis=1)
     names = np.where(there & (off <= gates), np.arange(len(points)), -1)

@@ -25,8 +25,14 @@ class Repaired:
     told: dict[str, Any]
 
 
-def settled(seen: np.ndarray, jig_seen: np.ndarray, jig: np.ndarray, rest: np.ndarray | None, rate: float,
-            names: tuple[str, ...]) -> Repaired:
+def settled(
+    seen: np.ndarray,
+    jig_seen: np.ndarray,
+    jig: np.ndarray,
+    rest: np.ndarray | None,
+    rate: float,
+    names: tuple[str, ...],
+) -> Repaired:
     """A take without head motion, its markers under their right names.
 
     Args:
@@ -45,10 +51,13 @@ def settled(seen: np.ndarray, jig_seen: np.ndarray, jig: np.ndarray, rest: np.nd
         rest = usual_places(still)
     found = renamed(still, rest, rate)
     degrees, far = pose.movement
-    told = {"head_degrees": round(degrees, 2), "head_mm": round(far, 1),
-            "jig_mm": round(float(np.sqrt(np.nanmean(pose.left**2))), 3),
-            "swaps": [[names[a], names[b], first, end] for a, b, first, end in found.swaps],
-            "flickers": [[names[m], int(f)] for f, m in np.argwhere(found.thrown)]}
+    told = {
+        "head_degrees": round(degrees, 2),
+        "head_mm": round(far, 1),
+        "jig_mm": round(float(np.sqrt(np.nanmean(pose.left**2))), 3),
+        "swaps": [[names[a], names[b], first, end] for a, b, first, end in found.swaps],
+        "flickers": [[names[m], int(f)] for f, m in np.argwhere(found.thrown)],
+    }
     return Repaired(found.points, told)
 
 
@@ -79,9 +88,15 @@ def whole(points: np.ndarray, usual: Usual, rate: float, names: tuple[str, ...])
     full = np.where(known, rows, common + left)
     clean = smoothed(full, rate)
     missing = ~np.isfinite(points).all(axis=2)
-    told = {"missing": round(float(missing.mean()), 4), "noise_mm": round(float(np.median(noise_of(full))), 3),
-            "gaps": [[name, first, end] for name, column in zip(names, missing.T, strict=True)
-                     for first, end in stretches(column)]}
+    told = {
+        "missing": round(float(missing.mean()), 4),
+        "noise_mm": round(float(np.median(noise_of(full))), 3),
+        "gaps": [
+            [name, first, end]
+            for name, column in zip(names, missing.T, strict=True)
+            for first, end in stretches(column)
+        ],
+    }
     return Repaired(clean.reshape(points.shape), told)
 
 

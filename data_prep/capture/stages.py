@@ -56,8 +56,9 @@ class Done:
     problems: dict[str, str]
 
 
-def groups_of(names: Sequence[str], jig: Sequence[str] | str, groups: Mapping[str, Sequence[str]] | None
-              ) -> MarkerGroups:
+def groups_of(
+    names: Sequence[str], jig: Sequence[str] | str, groups: Mapping[str, Sequence[str]] | None
+) -> MarkerGroups:
     """The groups of named markers.
 
     Args:
@@ -68,31 +69,60 @@ def groups_of(names: Sequence[str], jig: Sequence[str] | str, groups: Mapping[st
     Raises:
         DnnvssError: names that no marker has, less than three on the jig, or no group ``lips`` of four and more.
     """
-    on_jig = [n for n in names if n.lower().startswith(jig.lower())] if isinstance(jig, str) else list(jig)
+    on_jig = (
+        [n for n in names if n.lower().startswith(jig.lower())]
+        if isinstance(jig, str)
+        else list(jig)
+    )
     rest = [n for n in names if n not in on_jig]
     stems = [(n.rstrip("0123456789").rstrip("_-. ") or n) for n in rest]
-    by = {k: [n for n, _ in own] for k, own in
-          groupby(sorted(zip(rest, stems, strict=True), key=lambda p: stems.index(p[1])), key=lambda p: p[1])}
+    by = {
+        k: [n for n, _ in own]
+        for k, own in groupby(
+            sorted(zip(rest, stems, strict=True), key=lambda p: stems.index(p[1])),
+            key=lambda p: p[1],
+        )
+    }
     wanted = by if not groups else {k: list(v) for k, v in groups.items()}
-    if unknown := [n for n in (*on_jig, *(n for own in wanted.values() for n in own)) if n not in names]:
-        raise DnnvssError(f"no marker is called {unknown[0]!r}",
-                          remedy=f"There are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}")
+    if unknown := [
+        n for n in (*on_jig, *(n for own in wanted.values() for n in own)) if n not in names
+    ]:
+        raise DnnvssError(
+            f"no marker is called {unknown[0]!r}",
+            remedy=f"There are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}",
+        )
     if len(on_jig) < 3:
-        raise DnnvssError(f"{len(on_jig)} markers are known to sit on a jig, and head motion needs 3",
-                          remedy="Name markers that do not move on the head: corpus.importer.jig=[NAME, NAME, NAME]")
+        raise DnnvssError(
+            f"{len(on_jig)} markers are known to sit on a jig, and head motion needs 3",
+            remedy="Name markers that do not move on the head: corpus.importer.jig=[NAME, NAME, NAME]",
+        )
     if len(wanted.get("lips", ())) < 4:
-        raise DnnvssError(f"the group lips has {len(wanted.get('lips', ()))} markers, and a mouth needs 4",
-                          remedy="Give groups: corpus.importer.groups={lips: [NAME, ...], jaw: [...]}")
+        raise DnnvssError(
+            f"the group lips has {len(wanted.get('lips', ()))} markers, and a mouth needs 4",
+            remedy="Give groups: corpus.importer.groups={lips: [NAME, ...], jaw: [...]}",
+        )
     order = [n for own in wanted.values() for n in own]
     if len(set(order)) < len(order):
         raise DnnvssError("a marker is in two groups", remedy="Name each marker once")
     ends = np.cumsum([0, *map(len, wanted.values()), len(on_jig)]).tolist()
-    rows = {group: (a, b) for group, a, b in zip([*wanted, "jig"], ends[:-1], ends[1:], strict=True)}
-    return MarkerGroups(tuple(names.index(n) for n in order), tuple(names.index(n) for n in on_jig), rows, tuple(order))
+    rows = {
+        group: (a, b) for group, a, b in zip([*wanted, "jig"], ends[:-1], ends[1:], strict=True)
+    }
+    return MarkerGroups(
+        tuple(names.index(n) for n in order),
+        tuple(names.index(n) for n in on_jig),
+        rows,
+        tuple(order),
+    )
 
 
-def repaired(shop: Workshop, takes: Mapping[str, Path], groups: MarkerGroups, rate: float,
-             names: Sequence[str]) -> Done:
+def repaired(
+    shop: Workshop,
+    takes: Mapping[str, Path],
+    groups: MarkerGroups,
+    rate: float,
+    names: Sequence[str],
+) -> Done:
     """The takes of a session, repaired.
 
     Args:
@@ -109,33 +139,69 @@ def repaired(shop: Workshop, takes: Mapping[str, Path], groups: MarkerGroups, ra
     samples = [_sampled(path, _SAMPLE) for path in takes.values()]
     jig = jig_of([s[:, list(groups.jig)] for s in samples])
     places = usual_places(_stilled(samples, groups, jig))
-    if never := [n for n, place in zip(groups.order, places, strict=True) if abs(place).max() > 1e5]:
-        raise DnnvssError(f"the marker {never[0]!r} is missing in all takes",
-                          remedy="Leave it out of corpus.importer.groups, or label it in the takes")
+    if never := [
+        n for n, place in zip(groups.order, places, strict=True) if abs(place).max() > 1e5
+    ]:
+        raise DnnvssError(
+            f"the marker {never[0]!r} is missing in all takes",
+            remedy="Leave it out of corpus.importer.groups, or label it in the takes",
+        )
     common = _kept(home / "session.npz", jig=jig, rest=places)
-    tasks = {i: {"path": path, "common": common, "face": list(groups.face), "jig": list(groups.jig), "rate": rate,
-                 "names": list(groups.order)} for i, path in takes.items()}
+    tasks = {
+        i: {
+            "path": path,
+            "common": common,
+            "face": list(groups.face),
+            "jig": list(groups.jig),
+            "rate": rate,
+            "names": list(groups.order),
+        }
+        for i, path in takes.items()
+    }
     first = shop.run(_SETTLED, settle, tasks, VERSION)
     problems = {i: str(r["dropped"]) for i, r in first.items() if "dropped" in r}
     alive = [i for i in takes if i not in problems]
     if not alive:
         return Done({}, {}, problems)
-    usual = learn_usual([_sampled(home / _SETTLED / f"{i}.npz", _SHARE).reshape(-1, 3 * len(groups.face))
-                         for i in alive])
+    usual = learn_usual(
+        [
+            _sampled(home / _SETTLED / f"{i}.npz", _SHARE).reshape(-1, 3 * len(groups.face))
+            for i in alive
+        ]
+    )
     learnt = _kept(home / "usual.npz", mean=usual.mean, modes=usual.modes, own=usual.own)
-    more = {i: {"path": home / _SETTLED / f"{i}.npz", "usual": learnt, "common": common, "rate": rate,
-                "names": list(groups.order)} for i in alive}
+    more = {
+        i: {
+            "path": home / _SETTLED / f"{i}.npz",
+            "usual": learnt,
+            "common": common,
+            "rate": rate,
+            "names": list(groups.order),
+        }
+        for i in alive
+    }
     second = shop.run(_WHOLE, make_whole, more, VERSION)
     problems |= {i: str(r["dropped"]) for i, r in second.items() if "dropped" in r}
     kept = [i for i in alive if i not in problems]
     for i in kept:
         files.write_json(shop.out / REPAIRS / f"{i}.json", {**first[i], **second[i]})
-    return Done({i: home / _WHOLE / f"{i}.npz" for i in kept},
-                {i: [summed({**first[i], **second[i]})] for i in kept}, problems)
+    return Done(
+        {i: home / _WHOLE / f"{i}.npz" for i in kept},
+        {i: [summed({**first[i], **second[i]})] for i in kept},
+        problems,
+    )
 
 
-def settle(name: str, out: Path, path: Path, common: Path, face: list[int], jig: list[int], rate: float,
-           names: list[str]) -> dict[str, Any]:
+def settle(
+    name: str,
+    out: Path,
+    path: Path,
+    common: Path,
+    face: list[int],
+    jig: list[int],
+    rate: float,
+    names: list[str],
+) -> dict[str, Any]:
     """What was repaired of a take, after writing it without head motion and under right names.
 
     Raises:
@@ -144,30 +210,40 @@ def settle(name: str, out: Path, path: Path, common: Path, face: list[int], jig:
     points = read_arrays(path, _REMEDY)["points"].astype(float)
     held = read_declared(common, {"jig": Held(("J", 3)), "rest": Held(("M", 3))}, _REMEDY)
     try:
-        done = settled(points[:, face], points[:, jig], held["jig"], held["rest"], rate, tuple(names))
+        done = settled(
+            points[:, face], points[:, jig], held["jig"], held["rest"], rate, tuple(names)
+        )
     except DnnvssError as error:
         raise DnnvssError(error.problem, utterance=name, remedy=error.remedy) from error
     files.write_arrays(out / FOLDER / _SETTLED / f"{name}.npz", points=done.points)
     return done.told
 
 
-def make_whole(name: str, out: Path, path: Path, usual: Path, common: Path, rate: float, names: list[str]
-               ) -> dict[str, Any]:
+def make_whole(
+    name: str, out: Path, path: Path, usual: Path, common: Path, rate: float, names: list[str]
+) -> dict[str, Any]:
     """What was filled of a take, after writing it whole, the jig behind its markers.
 
     Raises:
         DnnvssError: half of its markers are missing in most frames.
     """
     points = read_arrays(path, _REMEDY)["points"]
-    held = read_declared(usual, {"mean": Held(("C",)), "modes": Held(("K", "C")), "own": Held(("C",))}, _REMEDY)
+    held = read_declared(
+        usual, {"mean": Held(("C",)), "modes": Held(("K", "C")), "own": Held(("C",))}, _REMEDY
+    )
     seen = np.isfinite(points).all(axis=2)
     valid = seen.mean(axis=1) >= 1 - _NEVER
     if valid.mean() < 1 - _NEVER:
-        raise DnnvssError(f"half of the markers are missing in {(~valid).sum()} of {len(valid)} frames",
-                          utterance=name, remedy="Leave the take out")
+        raise DnnvssError(
+            f"half of the markers are missing in {(~valid).sum()} of {len(valid)} frames",
+            utterance=name,
+            remedy="Leave the take out",
+        )
     done = whole(points, Usual(held["mean"], held["modes"], held["own"]), rate, tuple(names))
     jig = read_declared(common, {"jig": Held(("J", 3)), "rest": Held(("M", 3))}, _REMEDY)["jig"]
-    every = np.concatenate([done.points, np.broadcast_to(jig, (len(done.points), *jig.shape))], axis=1)
+    every = np.concatenate(
+        [done.points, np.broadcast_to(jig, (len(done.points), *jig.shape))], axis=1
+    )
     write_npz(out / FOLDER / _WHOLE / f"{name}.npz", Landmarks(every.astype(np.float32), valid))
     return {**done.told, "absent": [n for n, s in zip(names, seen.T, strict=True) if not s.any()]}
 
@@ -176,14 +252,20 @@ def summed(told: Mapping[str, Any]) -> str:
     """A take's repairs in a sentence."""
     pairs = {tuple(sorted(pair[:2])) for pair in told["swaps"]}
     longest = max((end - first for _, first, end in told["gaps"]), default=0)
-    parts = [f"head motion of {told['head_degrees']:g} degrees and {told['head_mm']:g} mm taken out",
-             f"{len(told['gaps'])} gaps filled ({told['missing']:.1%}, the longest {longest} frames)"]
+    parts = [
+        f"head motion of {told['head_degrees']:g} degrees and {told['head_mm']:g} mm taken out",
+        f"{len(told['gaps'])} gaps filled ({told['missing']:.1%}, the longest {longest} frames)",
+    ]
     if pairs:
-        parts.append("names of " + ", ".join(f"{a} and {b}" for a, b in sorted(pairs)) + " set right")
+        parts.append(
+            "names of " + ", ".join(f"{a} and {b}" for a, b in sorted(pairs)) + " set right"
+        )
     if told["flickers"]:
         parts.append(f"{len(told['flickers'])} samples thrown out")
     if told["absent"]:
-        parts.append(f"{', '.join(told['absent'])} missing throughout: what the others tell of them stands there")
+        parts.append(
+            f"{', '.join(told['absent'])} missing throughout: what the others tell of them stands there"
+        )
     return "; ".join(parts) + f" ({REPAIRS}/ holds each stretch)"
 
 
@@ -208,6 +290,8 @@ def _kept(path: Path, **arrays: np.ndarray) -> Path:
     """A file with these arrays; left as it is where it holds them, so that what depends on it stays."""
     if path.is_file():
         old = read_arrays(path, _REMEDY)
-        if old.keys() == arrays.keys() and all(np.array_equal(old[n], a) for n, a in arrays.items()):
+        if old.keys() == arrays.keys() and all(
+            np.array_equal(old[n], a) for n, a in arrays.items()
+        ):
             return path
     return files.write_arrays(path, **arrays)

@@ -80,6 +80,8 @@ class PointSet:
         """
         if self.name != AUTO:
             return self
+        if set(groups) >= _MARKED:
+            return _markers(groups)
         sizes = {group: end - first for group, (first, end) in groups.items()}
         for known in KNOWN:
             if all(sizes.get(group) == size for group, size in known.sizes.items()):
@@ -129,6 +131,15 @@ def _labelled() -> PointSet:
         stable={"right_eye": "all", "left_eye": "all", "nose_bridge": "all"}, eyes=(),
         sizes={"lips_outer": 12, "lips_inner": 8, "jaw": 9, "nose_base": 5, "right_eye": 2, "left_eye": 2,
                "nose_bridge": 2})
+
+
+_MARKED = {"lips", "jig"}
+"""Groups by which markers of motion capture are known: their lips have one line, and their jig stands still."""
+
+
+def _markers(groups: Groups) -> PointSet:
+    """All markers of a session, the head's pose measured on the jig."""
+    return PointSet("markers", {g: "all" for g in groups if g != "jig"}, {"jig": "all"}, "lips", "lips", ())
 
 
 KNOWN = (

@@ -26,11 +26,12 @@ class _TableModel(VisualModel):
         frames = pooled(train).astype(np.float64)
         labels = np.concatenate([self.classes(e)[e.valid] for e in train])
         self.mean_ = np.repeat(frames.mean(0)[None], len(PHONES), 0)
-        self.variance_ = np.repeat(frames.var(0)[None], len(PHONES), 0)
+        least = np.maximum(1e-4 * frames.var(0), 1e-12)  # a curve of a rig may stand still throughout
+        self.variance_ = np.repeat(np.maximum(frames.var(0), least)[None], len(PHONES), 0)
         for k in np.unique(labels):
             self.mean_[k] = frames[labels == k].mean(0)
             if (labels == k).sum() > 1:
-                self.variance_[k] = np.maximum(frames[labels == k].var(0), 1e-4 * frames.var(0))
+                self.variance_[k] = np.maximum(frames[labels == k].var(0), least)
 
     def predict(self, example: Example) -> Prediction:
         """Return the mean and variance of each frame's class."""

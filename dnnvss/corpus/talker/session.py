@@ -27,19 +27,58 @@ _LEVEL = 200.0
 """Line of the sheet that lies at height 0."""
 _OUTER = (0, 2, 4, 5, 6, 8, 10, 12, 14, 15, 16, 18)
 _JAW = tuple(range(3, 12))
-_SKIN = {
+_SKIN: dict[str, list[tuple[float, float]]] = {
     "chin": [(0, 240), (-15, 243), (15, 243), (-8, 249), (8, 249)],
-    "cheek": [(s * x, y) for s in (-1, 1) for x, y in
-              [(38, 226), (52, 212), (44, 196), (60, 190), (30, 190), (48, 176), (64, 168), (34, 170)]],
-    "nose": [(-15, 182), (-7.5, 187), (0, 189), (7.5, 187), (15, 182), (0, 133), (0, 146), (0, 159), (0, 173)],
-    "brow": [(s * 35 + x, y) for s in (-1, 1) for x, y in
-             [(-22, 116.5), (-12, 109.5), (0, 107.5), (11, 109.5), (18, 113.5)]],
-    "forehead": [(-40, 90), (-20, 82), (0, 78), (20, 82), (40, 90)]}
-_JIG = np.array([(-95, 60, 10), (-60, 125, 30), (-20, 150, 60), (20, 152, 35), (60, 128, 62), (95, 65, 15),
-                 (0, 120, 95)], dtype=float)
+    "cheek": [
+        (s * x, y)
+        for s in (-1, 1)
+        for x, y in [
+            (38, 226),
+            (52, 212),
+            (44, 196),
+            (60, 190),
+            (30, 190),
+            (48, 176),
+            (64, 168),
+            (34, 170),
+        ]
+    ],
+    "nose": [
+        (-15, 182),
+        (-7.5, 187),
+        (0, 189),
+        (7.5, 187),
+        (15, 182),
+        (0, 133),
+        (0, 146),
+        (0, 159),
+        (0, 173),
+    ],
+    "brow": [
+        (s * 35 + x, y)
+        for s in (-1, 1)
+        for x, y in [(-22, 116.5), (-12, 109.5), (0, 107.5), (11, 109.5), (18, 113.5)]
+    ],
+    "forehead": [(-40, 90), (-20, 82), (0, 78), (20, 82), (40, 90)],
+}
+_JIG = np.array(
+    [
+        (-95, 60, 10),
+        (-60, 125, 30),
+        (-20, 150, 60),
+        (20, 152, 35),
+        (60, 128, 62),
+        (95, 65, 15),
+        (0, 120, 95),
+    ],
+    dtype=float,
+)
 """Millimetres right, up and towards the cameras of the middle of the face."""
-FACE_MARKERS = (*(f"lips{i + 1:02d}" for i in range(len(_OUTER))), *(f"jaw{i + 1:02d}" for i in range(len(_JAW))),
-                *(f"{group}{i + 1:02d}" for group, points in _SKIN.items() for i in range(len(points))))
+FACE_MARKERS = (
+    *(f"lips{i + 1:02d}" for i in range(len(_OUTER))),
+    *(f"jaw{i + 1:02d}" for i in range(len(_JAW))),
+    *(f"{group}{i + 1:02d}" for group, points in _SKIN.items() for i in range(len(points))),
+)
 JIG_MARKERS = tuple(f"jig{i + 1}" for i in range(len(_JIG)))
 MARKERS = (*FACE_MARKERS, *JIG_MARKERS)
 """Names of the 73 markers."""
@@ -101,15 +140,18 @@ class Performance:
     @cached_property
     def markers(self) -> np.ndarray:
         """The markers of the face (F, 66, 3) in mm, in the frame of the head."""
-        return face_markers(self.motion.at(FrameClock(RATE).centres(FrameClock(RATE).edge(self.alignment.end))))
+        return face_markers(
+            self.motion.at(FrameClock(RATE).centres(FrameClock(RATE).edge(self.alignment.end)))
+        )
 
 
 def perform_words(text: str, random: np.random.Generator) -> Performance:
     """A sentence of the grammar, spoken and moved."""
     alignment = speak(text, random, SPOKEN_FORMS)
     end = FrameClock(RATE).seconds(int(np.ceil(alignment.end * RATE - 1e-6)))
-    alignment = Alignment(Tier(t.name, [*t.segments[:-1], t.segments[-1]._replace(end=end)])
-                          for t in alignment.tiers)
+    alignment = Alignment(
+        Tier(t.name, [*t.segments[:-1], t.segments[-1]._replace(end=end)]) for t in alignment.tiers
+    )
     motion, gestures = perform(alignment, random)
     return Performance(alignment.with_tier(gestures), motion)
 
@@ -121,8 +163,13 @@ def capture(number: int, text: str, seed: int = 0, faults: Faults | None = None)
     truth = performed.markers
     jig = np.repeat(_JIG[None], len(truth), axis=0)
     seen = _carried(np.concatenate([truth, jig], axis=1), random)
-    return _spoilt(CapturedTake(text, performed.alignment, truth, seen, np.zeros((0, 4), int), np.zeros((0, 2), int)),
-                   faults or Faults(), random)
+    return _spoilt(
+        CapturedTake(
+            text, performed.alignment, truth, seen, np.zeros((0, 4), int), np.zeros((0, 2), int)
+        ),
+        faults or Faults(),
+        random,
+    )
 
 
 def face_markers(rows: np.ndarray) -> np.ndarray:
@@ -152,7 +199,9 @@ def _carried(points: np.ndarray, random: np.random.Generator) -> np.ndarray:
     times = np.arange(len(points)) / RATE
     turn = np.deg2rad(random.normal(0, 6, 3) + _wander(times, 3.0, random))
     shift = np.array([40.0, 1200.0, -300.0]) + random.normal(0, 25, 3) + _wander(times, 8.0, random)
-    return np.einsum("fij,fmj->fmi", Rotation.from_rotvec(turn).as_matrix(), points) + shift[:, None]
+    return (
+        np.einsum("fij,fmj->fmi", Rotation.from_rotvec(turn).as_matrix(), points) + shift[:, None]
+    )
 
 
 def _wander(times: np.ndarray, size: float, random: np.random.Generator) -> np.ndarray:
@@ -172,7 +221,10 @@ def _spoilt(take: CapturedTake, faults: Faults, random: np.random.Generator) -> 
 
 def _flickers(seen: np.ndarray, count: int, random: np.random.Generator) -> np.ndarray:
     """Throw single samples of ``seen`` elsewhere, and tell which (count, 2)."""
-    where = np.stack([random.integers(2, len(seen) - 2, count), random.integers(0, len(FACE_MARKERS), count)], axis=1)
+    where = np.stack(
+        [random.integers(2, len(seen) - 2, count), random.integers(0, len(FACE_MARKERS), count)],
+        axis=1,
+    )
     way = random.normal(size=(count, 3))
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     for (frame, marker), step in zip(where, way * random.uniform(8, 30, (count, 1)), strict=True):
@@ -193,11 +245,14 @@ def _gaps(shape: tuple[int, int], faults: Faults, random: np.random.Generator) -
     return missing
 
 
-def _swaps(seen: np.ndarray, truth: np.ndarray, count: int, random: np.random.Generator) -> np.ndarray:
+def _swaps(
+    seen: np.ndarray, truth: np.ndarray, count: int, random: np.random.Generator
+) -> np.ndarray:
     """Exchange markers of ``seen`` that are neighbours, for 80 to 400 ms, and tell which and when (count, 4)."""
     rest = truth.mean(axis=0)
     far = np.linalg.norm(rest[:, None] - rest, axis=-1) + np.diag(np.full(len(rest), np.inf))
-    busy, rows = set(), []
+    busy: set[int] = set()
+    rows: list[tuple[int, int, int, int]] = []
     while len(rows) < count:
         one = int(random.integers(len(rest)))
         two = int(np.argsort(far[one])[int(random.integers(2))])
