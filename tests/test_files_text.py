@@ -59,6 +59,8 @@ def test_an_empty_file_holds_nothing(tmp_path: Path) -> None:
     assert files.read_text(tmp_path / "a.txt", "") == ""
     with pytest.raises(DnnvssError, match=r"no such file\. Write it"):
         files.read_text(tmp_path / "b.txt", "Write it")
+    with pytest.raises(DnnvssError, match=r"a\.txt: is empty"):
+        files.read(tmp_path / "a.txt", lambda path: path.read_bytes()[0], "")
 
 
 def described(found: Any) -> Any:
