@@ -1,5 +1,6 @@
 """Landmarks of a recording: read, counted, and written without ghosts."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from data_prep.evening import Place, moved
+from data_prep.stages import FOLDER, Workshop
 from dnnvss.archives import read_arrays
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
@@ -138,3 +140,39 @@ def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:
     clean = Landmarks(fill_invalid(arrays["points"], valid), valid)
     path = write_npz(out / "landmarks" / f"{name}.npz", clean)
     return {"landmarks": str(path.relative_to(out)), "valid": "".join("01"[int(v)] for v in valid)}
+
+
+def slices(shop: Workshop, landmarks: Mapping[str, tuple[Path, ...]],
+           clips: Mapping[str, Mapping[str, tuple[int, int]]], dimensions: int) -> dict[str, tuple[Path, ...]]:
+    """The files of landmarks of clips that were cut out of recordings, by clip.
+
+    Args:
+        shop: where to work.
+        landmarks: of all pictures of each recording.
+        clips: the first picture of each clip of a recording, and the one behind its last.
+        dimensions: coordinates of a point.
+    """
+    tasks = {name: {"landmarks": paths, "clips": {n: list(c) for n, c in clips[name].items()},
+                    "dimensions": dimensions} for name, paths in landmarks.items()}
+    made = shop.run(SLICED, _sliced, tasks) if tasks else {}
+    for name, result in made.items():
+        if "dropped" in result:
+            raise DnnvssError(result["dropped"], utterance=name, remedy="Mend the landmarks or take them away")
+    return {n: (shop.out / FOLDER / SLICED / name / f"{n}.npz",) for name in made for n in clips[name]}
+
+
+SLICED = "sliced landmarks"
+
+
+def _sliced(name: str, out: Path, landmarks: tuple[Path, ...], clips: dict[str, list[int]],
+            dimensions: int) -> dict[str, Any]:
+    """Write the landmarks of each clip of a recording, as they are stored."""
+    found = read_all(landmarks, 1.0, dimensions)
+    last = max((end for _, end in clips.values()), default=0)
+    if last > len(found.points) + _CUT:
+        raise DnnvssError(f"holds landmarks of {len(found.points)} frames, the video has {last} and more",
+                          file=landmarks[0], utterance=name, remedy="Track this very video, one row a frame")
+    for clip, (first, end) in clips.items():
+        part = Landmarks(found.points[first:end], found.valid[first:end], faces=found.faces)
+        write_npz(out / FOLDER / SLICED / name / f"{clip}.npz", _lengthened(part, end - first))
+    return {"clips": len(clips)}

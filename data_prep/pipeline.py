@@ -40,7 +40,8 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         splits, notes = resolved(recipe.splits, [s.id for s in sources])
         recipe = replace(recipe, splits=splits)
         completed(recipe.splits, [s.id for s in sources], recipe.val, recipe.test, recipe.stratum)
-    run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources}, notes)
+    run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources},
+                      [*recipe.told, *notes])
     for note in notes:
         print(note)
     try:
@@ -82,7 +83,7 @@ def _utterances(run: Preparation, made: Results, timed: Results, clean: Results)
 def _finished(run: Preparation, utterances: list[Utterance], size: tuple[int, int], rate: Fraction) -> Path:
     """Write the records, splits and report, say what was written, and return the folder."""
     out, recipe = run.shop.out, run.recipe
-    report = write_report(out, run.outcomes.values(), run.found)
+    report = write_report(out, run.outcomes.values(), run.found, recipe.left_out)
     if not utterances:
         run.nothing_left()
     kept = {u.id for u in utterances}

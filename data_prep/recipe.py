@@ -68,6 +68,8 @@ class Recipe:
         rows: the points of a frame that are kept, in their new order; all of them where None.
         task: the file of the nets that find landmarks; None where every recording brings its own.
         lacking: why landmarks that are needed cannot be found.
+        told: what the importer has to say of all recordings, a sentence each.
+        left_out: parts of long recordings that are not used: recording, start and end in seconds, why.
     """
 
     info: CorpusInfo
@@ -88,6 +90,8 @@ class Recipe:
     rows: tuple[int, ...] | None = None
     task: Path | None = None
     lacking: DnnvssError | None = None
+    told: tuple[str, ...] = ()
+    left_out: tuple[tuple[str, float, float, str], ...] = ()
 
 
 def own_lexicon(given: Mapping[str, Any] | None) -> dict[str, str]:

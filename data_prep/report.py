@@ -1,7 +1,7 @@
 """What became of every utterance: kept, repaired or dropped, and why."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -45,13 +45,15 @@ def counts(outcomes: Iterable[Outcome]) -> dict[str, int]:
     return {state: found[state] for state in STATES}
 
 
-def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = ()) -> Path:
+def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = (),
+                 left_out: Sequence[tuple[str, float, float, str]] = ()) -> Path:
     """Write ``report.jsonl`` (a line per utterance) and ``report.md`` (what is not plain), and return the latter.
 
     Args:
         out: the prepared corpus.
         outcomes: of all utterances.
         found: what holds for the whole corpus, a sentence each.
+        left_out: parts of long recordings that are not used: recording, start and end in seconds, why.
     """
     rows = sorted(outcomes, key=lambda o: o.id)
     files.write_text(out / "report.jsonl", "".join(files.json_text(_readable(asdict(o))) + "\n" for o in rows))
@@ -66,7 +68,16 @@ def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = 
     if noted:
         told = [(o.id, _cell(o.notes)) for o in noted]
         parts += ["## Kept, with a note", markdown_table(["utterance", "note"], told)]
+    if left_out:
+        lines = [(files.printable(name), _time(a), _time(b), _cell([why])) for name, a, b, why in left_out]
+        parts += ["## Not used of long recordings", markdown_table(["recording", "from", "to", "why"], lines)]
     return files.write_text(out / "report.md", "\n\n".join(parts) + "\n")
+
+
+def _time(seconds: float) -> str:
+    """Hours, minutes and seconds, as players show them."""
+    minutes, rest = divmod(round(seconds, 1), 60)
+    return f"{int(minutes) // 60}:{int(minutes) % 60:02d}:{rest:04.1f}"
 
 
 def _readable(row: dict[str, Any]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from dnnvss.errors import DnnvssError
+from dnnvss.formats import is_words_csv
 from dnnvss.media.folders import is_visible
 
 _FRAME = re.compile(r"(.+)_\d+")
@@ -62,8 +63,9 @@ class Shelf:
 
     def landmarks(self, name: str) -> tuple[Path, ...]:
         """The files with the landmarks of a recording, none where there are none."""
-        if (single := self.get(name, ".npz", ".csv", ".pts") or self._folders.get(name)) is not None:
-            return (single,)
+        for single in (self.get(name, ".npz"), self.get(name, ".csv"), self.get(name, ".pts"), self._folders.get(name)):
+            if single is not None and not (single.suffix.lower() == ".csv" and is_words_csv(single)):
+                return (single,)
         return tuple(self._frames.get(name, ()))
 
 

@@ -1,5 +1,7 @@
 """The sound of a recording, every block at its time, mono."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -40,25 +42,84 @@ def mono(path: Path, tracks: int, rate: int) -> tuple[np.ndarray, float]:
 
 def mixed(channels: np.ndarray) -> np.ndarray:
     """One channel (n,) of several (C, n), each without its offset."""
-    means = channels.mean(axis=1, keepdims=True) if channels.size else 0.0
-    centred = channels - np.where(np.abs(means) > _OFFSET, means, 0).astype(np.float32)
-    if len(centred) == 1:
-        return np.asarray(centred[0])
-    power = (centred.astype(np.float64) ** 2).mean(axis=1) if centred.size else np.zeros(len(centred))
-    heard = centred[power > _SILENT**2]
-    if not len(heard):
-        return np.asarray(centred.mean(axis=0))
-    mix = heard.mean(axis=0)
-    return mix if (mix.astype(np.float64) ** 2).mean() >= _CANCELLED**2 * power.max() else centred[power.argmax()]
+    heard = Moments(len(channels))
+    heard.add(channels)
+    return heard.mix().of(channels)
+
+
+@dataclass(frozen=True)
+class Mix:
+    """One channel of several: their weights (C,), and what is taken from each of them before (C,)."""
+
+    weights: np.ndarray
+    offsets: np.ndarray
+
+    def of(self, channels: np.ndarray) -> np.ndarray:
+        """The channel (n,) float32 of channels (C, n)."""
+        return np.asarray(self.weights @ (channels - self.offsets[:, None]), np.float32)
+
+
+class Moments:
+    """What is to be known of channels before they are mixed, gathered block by block.
+
+    Args:
+        channels: how many.
+    """
+
+    def __init__(self, channels: int) -> None:
+        self.count, self.sums = 0, np.zeros(channels)
+        self.products = np.zeros((channels, channels))
+
+    def add(self, block: np.ndarray) -> None:
+        """Count a block (C, n)."""
+        exact = block.astype(np.float64)
+        self.count += block.shape[1]
+        self.sums += exact.sum(axis=1)
+        self.products += exact @ exact.T
+
+    def widened(self, channels: int) -> "Moments":
+        """The same, as if there had been so many channels, the last one repeated."""
+        made, at = Moments(channels), np.minimum(np.arange(channels), len(self.sums) - 1)
+        made.count, made.sums, made.products = self.count, self.sums[at], self.products[np.ix_(at, at)]
+        return made
+
+    def mix(self) -> Mix:
+        """How the channels are mixed; those that hold nothing do not count."""
+        count = max(self.count, 1)
+        means = self.sums / count
+        offsets = np.where(np.abs(means) > _OFFSET, means, 0)
+        crossed = np.outer(offsets, means)
+        powers = self.products / count - crossed - crossed.T + np.outer(offsets, offsets)
+        own = np.diag(powers)
+        heard = own > _SILENT**2
+        weights = np.asarray(heard if heard.any() else np.ones(len(own)), float)
+        weights /= weights.sum()
+        if heard.any() and weights @ powers @ weights < _CANCELLED**2 * own.max():
+            weights = np.eye(len(own))[own.argmax()]
+        return Mix(weights.astype(np.float32), offsets.astype(np.float32))
 
 
 def _channels(container: Any, track: int, rate: int) -> tuple[np.ndarray, float]:
     """All channels (C, n) of a track at ``rate`` on one line of time, and the time stamp of its first block."""
+    blocks = list(laid_blocks(container, track, rate))
+    most = max((len(block) for _, block in blocks), default=1)
+    parts = [np.zeros((most, 0), np.float32), *(as_many(block, most) for _, block in blocks)]
+    return np.concatenate(parts, axis=1), blocks[0][0] if blocks else 0.0
+
+
+def as_many(block: np.ndarray, channels: int) -> np.ndarray:
+    """A block (C, n) with so many channels: its last one is repeated."""
+    return np.pad(block, ((0, channels - len(block)), (0, 0)), mode="edge")
+
+
+def laid_blocks(container: Any, track: int, rate: int) -> Iterator[tuple[float, np.ndarray]]:
+    """Yield the blocks (C, n) float32 of a track one behind the other, gaps filled, each with the first time stamp."""
     line: _Line | None = None
     for frame in container.decode(audio=track):
         line = line or _Line(rate, frame.time or 0.0)
-        line.add(frame)
-    return (line.joined(), line.start) if line is not None else (np.zeros((1, 0), np.float32), 0.0)
+        yield from ((line.start, block) for block in line.add(frame))
+    if line is not None:
+        yield from ((line.start, block) for block in line.rest())
 
 
 class _Line:
@@ -66,33 +127,33 @@ class _Line:
 
     def __init__(self, rate: int, start: float) -> None:
         self.rate, self.start = rate, start
-        self.seconds, self.setup = 0.0, tuple[Any, ...]()
-        self.parts = list[np.ndarray]()
+        self.seconds, self.setup, self.count = 0.0, tuple[Any, ...](), 0
         self.resampler: Any = None
 
-    def add(self, frame: Any) -> None:
-        """Lay a block behind the others, or behind a gap where its time stamp says that there is one."""
+    def add(self, frame: Any) -> list[np.ndarray]:
+        """What a block adds: itself, behind silence where its time stamp says that there is a gap."""
         missing = 0.0 if frame.time is None else frame.time - self.start - self.seconds
         setup = frame.format.name, frame.layout.name, frame.sample_rate
+        made = list[np.ndarray]()
         if _JITTER < missing < _LONGEST or setup != self.setup:
-            self._flush()
+            made += self.rest()
             self.resampler, self.setup = av.AudioResampler(format="fltp", layout=frame.layout, rate=self.rate), setup
         if _JITTER < missing < _LONGEST:
             self.seconds += missing
-            lacking = round(self.seconds * self.rate) - sum(p.shape[1] for p in self.parts)
-            self.parts.append(np.zeros((len(frame.layout.channels), max(lacking, 0)), np.float32))
+            lacking = max(round(self.seconds * self.rate) - self.count, 0)
+            self.count += lacking
+            made.append(np.zeros((len(frame.layout.channels), lacking), np.float32))
         self.seconds += frame.samples / frame.sample_rate
         frame.pts = None  # blocks follow each other; gaps are filled above
-        self.parts += [block.to_ndarray() for block in self.resampler.resample(frame)]
+        return made + self._resampled(frame)
 
-    def _flush(self) -> None:
-        if self.resampler is not None:
-            self.parts += [block.to_ndarray() for block in self.resampler.resample(None)]
-            self.resampler = None
+    def rest(self) -> list[np.ndarray]:
+        """What the resampler still holds."""
+        made = self._resampled(None) if self.resampler is not None else []
+        self.resampler = None
+        return made
 
-    def joined(self) -> np.ndarray:
-        """All blocks (C, n); where their channels differ, all have the most of them."""
-        self._flush()
-        most = max((len(p) for p in self.parts), default=1)
-        full = (np.pad(p, ((0, most - len(p)), (0, 0)), mode="edge") for p in self.parts)
-        return np.concatenate([np.zeros((most, 0), np.float32), *full], axis=1)
+    def _resampled(self, frame: Any) -> list[np.ndarray]:
+        made = [block.to_ndarray() for block in self.resampler.resample(frame)]
+        self.count += sum(block.shape[1] for block in made)
+        return made

@@ -56,8 +56,8 @@ def write_video(
     with files.replacing(path) as temporary:
         container = av.open(str(temporary), "w", format="mp4", options={"movflags": "faststart"})
         try:
-            picture = _video_stream(container, first.shape, clock.rate, quality, pixel)
-            sound = _Sound(container, audio, audio_rate) if audio is not None and len(audio) else None
+            picture = video_stream(container, first.shape, clock.rate, quality, pixel)
+            sound = SoundTrack(container, audio, audio_rate) if audio is not None and len(audio) else None
             _write(container, picture, sound, _same_size(path, first, source), clock)
             container.close()
         except av.error.ExternalError as error:  # of frames that are ours: what an encoder lacks is memory
@@ -71,11 +71,11 @@ def write_video(
 
 
 def _write(
-    container: Any, picture: Any, sound: "_Sound | None", frames: Iterator[np.ndarray], clock: FrameClock
+    container: Any, picture: Any, sound: "SoundTrack | None", frames: Iterator[np.ndarray], clock: FrameClock
 ) -> None:
     """Encode pictures and sound side by side, so that neither waits in memory for the other."""
     for index, image in enumerate(frames):
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(_even(image)), format="rgb24")
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(even_sides(image)), format="rgb24")
         frame.pts, frame.time_base = index, 1 / clock.rate
         container.mux(picture.encode(frame))
         if sound is not None:
@@ -93,7 +93,8 @@ def _abandon(container: Any) -> None:
         return
 
 
-def _video_stream(container: Any, shape: tuple[int, ...], rate: Fraction, quality: int, pixel: Fraction) -> Any:
+def video_stream(container: Any, shape: tuple[int, ...], rate: Fraction, quality: int, pixel: Fraction) -> Any:
+    """A new H.264 stream of a container, whose clock counts in ticks of ``1 / rate``."""
     height, width = shape[:2]
     stream = container.add_stream("libx264", rate=rate, options={"crf": str(quality), "x264-params": _BT601})
     stream.width, stream.height, stream.pix_fmt = width + width % 2, height + height % 2, "yuv420p"
@@ -103,7 +104,7 @@ def _video_stream(container: Any, shape: tuple[int, ...], rate: Fraction, qualit
     return stream
 
 
-class _Sound:
+class SoundTrack:
     """Mono samples on their way into a container's AAC stream."""
 
     def __init__(self, container: Any, samples: np.ndarray, rate: int) -> None:
@@ -137,7 +138,8 @@ def _resampled(samples: np.ndarray, source: int, target: int) -> np.ndarray:
     return np.concatenate([b.to_ndarray().reshape(-1) for b in blocks])
 
 
-def _even(image: np.ndarray) -> np.ndarray:
+def even_sides(image: np.ndarray) -> np.ndarray:
+    """A picture (H, W_, 3) whose odd sides are a pixel longer."""
     height, width = image.shape[:2]
     if height % 2 == 0 and width % 2 == 0:
         return image

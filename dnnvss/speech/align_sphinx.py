@@ -68,7 +68,7 @@ def decode(samples: np.ndarray, words: Sequence[Pronunciations], beam: float) ->
     """
     vocabulary = _vocabulary(beam)
     decoder, names = vocabulary.decoder, [vocabulary.name(w) for w in words]
-    pcm = _pcm(samples)
+    pcm = as_pcm(samples)
     try:
         decoder.set_align_text(" ".join(names))
         _pass(decoder, pcm)
@@ -95,7 +95,7 @@ def free_scores(samples: np.ndarray) -> np.ndarray:
     Units are those of :class:`Heard`; beyond the last frame there are zeros to ``n // 160 + 1``.
     """
     decoder, found = _phone_loop(), np.zeros(len(samples) * 100 // SPEECH_RATE + 1)
-    _pass(decoder, _pcm(samples))
+    _pass(decoder, as_pcm(samples))
     for part in decoder.seg() or ():
         frames = slice(part.start_frame, part.end_frame + 1)
         found[frames] = np.log(part.ascore) / np.log(_LOG_BASE) / (part.end_frame + 1 - part.start_frame)
@@ -111,7 +111,16 @@ def _pass(decoder: Any, pcm: bytes) -> None:
         decoder.end_utt()
 
 
-def _pcm(samples: np.ndarray) -> bytes:
+def listen(decoder: Any, pcm: bytes) -> bool:
+    """Let a decoder hear a sound anew, and return whether it found anything."""
+    try:
+        _pass(decoder, pcm)
+    except RuntimeError:  # the only way in which the decoder says that it found no path
+        return False
+    return decoder.hyp() is not None
+
+
+def as_pcm(samples: np.ndarray) -> bytes:
     """Return 16-bit samples with a bit of noise, the same for the same length: digital silence has no logarithm."""
     dither = np.random.default_rng(0).uniform(-1.5, 1.5, len(samples))
     return np.clip(samples * 32767 + dither, -32768, 32767).astype("<i2").tobytes()
