@@ -34,6 +34,7 @@ class FolderSettings:
     rate: int | float | str | None = None
     sync: bool = False
     landmarker: str | None = None
+    transcribe: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,6 +31,7 @@ class Source:
         problem: why the utterance cannot be used, where the importer knows already.
         notes: what is to be said of it in the report.
         sound: a sound file beside landmarks without video, or beside a video without sound.
+        guessed: its text was written down by a machine.
     """
 
     id: str
@@ -44,6 +45,7 @@ class Source:
     problem: str = ""
     notes: tuple[str, ...] = ()
     sound: Path | None = None
+    guessed: bool = False
 
 
 @dataclass(frozen=True)

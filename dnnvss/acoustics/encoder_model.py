@@ -24,10 +24,13 @@ _REMEDY = (f"Install them (make extras), or let {VARIABLE} name the model.bin of
 _MOST = 100_000_000  # bytes
 
 
-def weights_file() -> Path:
+def weights_file(who: str = "the labels read the pretrained encoder") -> Path:
     """The file of the weights: the one that :data:`VARIABLE` names, or that of an installed package.
 
     The package is a carrier of the file and is never imported.
+
+    Args:
+        who: what needs them, for the message.
 
     Raises:
         DnnvssError: there is none.
@@ -37,8 +40,7 @@ def weights_file() -> Path:
     try:
         return Path(str(importlib.metadata.distribution(_CARRIER).locate_file(_INSIDE)))
     except importlib.metadata.PackageNotFoundError:
-        raise DnnvssError("the labels read the pretrained encoder, and its weights are not "
-                          "installed", remedy=_REMEDY) from None
+        raise DnnvssError(f"{who}, and its weights are not installed", remedy=_REMEDY) from None
 
 
 def run_encoder(energies: np.ndarray) -> np.ndarray:
@@ -56,18 +58,40 @@ def _loaded(path: Path) -> Any:
     Raises:
         DnnvssError: the library is not installed, or the file is another one.
     """
+    held = {"model.bin": verified(path, WEIGHTS), "config.json": b"{}", "vocabulary.txt": b""}
+    return whisper(held, "the labels read the pretrained encoder", "encoder")  # nothing is transcribed
+
+
+def whisper(held: dict[str, bytes], who: str, extra: str) -> Any:
+    """Whisper of the files that are held in memory.
+
+    Args:
+        held: name to content.
+        who, extra: what needs it, for the message, and the extra that brings the library.
+
+    Raises:
+        DnnvssError: the library is not installed.
+    """
     try:
         import ctranslate2
     except ImportError as error:
-        raise DnnvssError("the labels read the pretrained encoder, and ctranslate2 is not installed",
-                          remedy='Install it: pip install "dnnvss[encoder]"') from error
-    weights = files.read(path, _read, _REMEDY)
-    if (found := hashlib.sha256(weights).hexdigest()) != WEIGHTS:
-        raise DnnvssError(f"is not the encoder: its SHA-256 is {found[:16]}..., not "
-                          f"{WEIGHTS[:16]}...", file=path, remedy=_REMEDY)
-    held = {"model.bin": weights, "config.json": b"{}", "vocabulary.txt": b""}  # nothing is transcribed
+        raise DnnvssError(f"{who}, and ctranslate2 is not installed",
+                          remedy=f'Install it: pip install "dnnvss[{extra}]"') from error
     return ctranslate2.models.Whisper("encoder", device="cpu", intra_threads=1,
                                       compute_type="float32", files=held)
+
+
+def verified(path: Path, digest: str) -> bytes:
+    """What is in a file whose SHA-256 is known.
+
+    Raises:
+        DnnvssError: it is missing, or another one.
+    """
+    content: bytes = files.read(path, _read, _REMEDY)
+    if (found := hashlib.sha256(content).hexdigest()) != digest:
+        raise DnnvssError(f"is not the encoder: its SHA-256 is {found[:16]}..., not "
+                          f"{digest[:16]}...", file=path, remedy=_REMEDY)
+    return content
 
 
 def _read(path: Path) -> bytes:

@@ -21,6 +21,7 @@ from dnnvss.formats.landmarks import (
 from dnnvss.formats.markers import marker_columns, read_markers, read_trc, write_trc
 from dnnvss.formats.openface import Landmarks, read_openface, write_openface
 from dnnvss.formats.stamps import check_times, common_rate, stamped
+from dnnvss.formats.subtitles import write_srt
 from dnnvss.formats.textgrid import read_textgrid, write_textgrid
 from dnnvss.formats.timed_text import SUBTITLES, TIMED, is_words_csv, read_timed_text
 from dnnvss.formats.tracked import Markers
@@ -68,6 +69,7 @@ __all__ = [
     "write_npz",
     "write_openface",
     "write_pts",
+    "write_srt",
     "write_textgrid",
     "write_trc",
     "write_words_csv",

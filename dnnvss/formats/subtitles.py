@@ -6,6 +6,7 @@ players do.
 
 import html
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from dnnvss import files
@@ -95,3 +96,14 @@ def _repeated(shown: list[str], lines: list[str]) -> int:
     if shown == lines and len(lines) == 1:
         return 0  # somebody says it again
     return max((n for n in range(1, len(lines) + 1) if shown[-n:] == lines[:n]), default=0)
+
+
+def write_srt(path: str | Path, cues: Iterable[Cue]) -> Path:
+    """Write cues with times as SubRip and return the path."""
+    blocks = [f"{k}\n{_stamp(cue.start)} --> {_stamp(cue.end)}\n{cue.text}\n" for k, cue in enumerate(cues, 1)]
+    return files.write_text(path, "\n".join(blocks))
+
+
+def _stamp(seconds: float | None) -> str:
+    whole = round((seconds or 0.0) * 1000)
+    return f"{whole // 3600000:02d}:{whole // 60000 % 60:02d}:{whole // 1000 % 60:02d},{whole % 1000:03d}"
