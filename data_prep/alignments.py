@@ -10,6 +10,7 @@ from data_prep.align import given, heard, sharp
 from data_prep.recipe import Preparation, Results
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.speech.align import DOUBTFUL
 from dnnvss.text.lexicon import pronunciations
 
 GIVEN = 1
@@ -95,3 +96,15 @@ def _doubts(result: dict[str, Any], words: Sequence[str], far: float) -> list[st
         fit, word = min(weak)
         notes.append(f"{word!r} hardly sounds like this talker's (fit {fit:.1f})")
     return notes
+
+
+def doubtful_words(words: Sequence[str], result: Mapping[str, Any]) -> list[str]:
+    """Which words hardly fit the sound, by the aligner's score and by the talker's own voice.
+
+    Args:
+        words: of an utterance.
+        result: of its alignment; with neither, none is doubtful.
+    """
+    low = [score < DOUBTFUL for score in result.get("scores", [])] or [False] * len(words)
+    weak = [fit < WEAK for fit in result.get("fit", [])] or [False] * len(words)
+    return [word for word, a, b in zip(words, low, weak, strict=False) if a or b]

@@ -3,9 +3,11 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from data_prep.long_told import long_script
 from data_prep.pipeline import Then, prepare
 from data_prep.points import nets
 from data_prep.recipe import Recipe, Source, own_lexicon
+from data_prep.script import Script
 from data_prep.shelf import Shelf
 from data_prep.splits import read_splits
 from data_prep.stages import Workshop
@@ -13,7 +15,7 @@ from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.landmarker import ROWS, mesh_groups
-from dnnvss.formats import LAYOUT_68, MESHES, Marks, read_landmarks, read_marks
+from dnnvss.formats import LAYOUT_68, MESHES, Marks, read_landmarks, read_marks, read_timed_text
 from dnnvss.formats.htk import holds_times, is_transcript
 from dnnvss.media.folders import VIDEOS
 from dnnvss.text.sentence import spoken_words
@@ -32,8 +34,8 @@ _LANDMARKS = "Give ID.npz (points, valid), ID.csv of OpenFace, a folder ID of .p
 def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", variant: str = "en_us",
                    lexicon: Mapping[str, str] | None = None, credit: str = "", val: float = 0.05, test: float = 0.05,
                    sync: bool = False, dim: int = 2, rate: int | float | str | None = None,
-                   landmarker: str | None = None, jobs: int = -1, backend: str = "loky", strict: bool = False,
-                   then: Then = prepare) -> Path:
+                   landmarker: str | None = None, transcribe: bool = False, jobs: int = -1, backend: str = "loky",
+                   strict: bool = False, then: Then = prepare) -> Path:
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
@@ -43,6 +45,10 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). A video without sound takes ``ID.wav``
     (flac, mp3) beside it, which begins with the first picture. ``splits/{train,val,test}.txt`` (an id a line) are
     used where they are; those that are not are drawn from the utterances that the others leave.
+
+    A video of more than a minute with a transcript of more than 40 words, or one of any length with subtitles
+    (``ID.srt``, ``ID.vtt``) or word times (``ID.csv`` with the columns start, end, word, ``ID.TextGrid``, ``ID.json``
+    of a speech recogniser) in place of a transcript, is cut into utterances at pauses (:mod:`data_prep.long`).
 
     A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its
     sound is ``ID.wav`` (flac, mp3); without sound its phone times must be given. Its frame rate is ``rate``, that of
@@ -60,6 +66,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
         dim: coordinates of a landmark: 2 in pixels of the picture, 3 in millimetres before the camera.
         rate: frames a second of landmarks without video.
         landmarker: ``face_landmarker.task`` where no package brings it, for videos without landmarks.
+        transcribe: write down what is said in videos without a text, to be read (:mod:`data_prep.transcribing`).
         jobs, backend: processes and joblib backend.
         strict: an utterance that would be dropped is an error.
         then: what is done with what was found.
@@ -74,7 +81,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     videos = _recordings(shelf)
     given = any(shelf.landmarks(i) for i in videos)
     task, lacking = (None, None) if given else nets(landmarker)
-    sources = [_source(shelf, i, video, variant, not given) for i, video in sorted(videos.items())]
+    sources = [_source(shelf, i, video, variant, not given, transcribe) for i, video in sorted(videos.items())]
     marks, rows = _marks(raw, sources, dim)
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
     own = marks.rate if rate is None else str(rate)
@@ -100,8 +107,10 @@ def _recordings(raw: Shelf) -> dict[str, Path | None]:
     return found | dict.fromkeys(sorted(bare))
 
 
-def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool) -> Source:
+def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool, transcribe: bool) -> Source:
     try:
+        if video is not None and (special := _cut_or_guessed(raw, name, video, variant, find, transcribe)) is not None:
+            return special
         transcript, times = written(raw, name)
         text = " ".join(files.read_text(transcript, _WORDS).split())
         words = tuple(word for word, _ in spoken_words(text, variant))
@@ -117,6 +126,21 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool)
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
     return Source(name, text, words, video, marks, alignment=times, sound=sound, notes=_told(transcript, video))
+
+
+def _cut_or_guessed(raw: Shelf, name: str, video: Path, variant: str, find: bool, transcribe: bool) -> Source | None:
+    """A recording that is cut into utterances, or whose text is written down first; None for any other."""
+    if (script := long_script(raw, name, video)) is not None:
+        cues = read_timed_text(script[0])
+        text = " ".join(cue.text for cue in cues)
+        words = tuple(Script(cues, variant).words)
+        marks = () if find else _landmarks(raw, name)
+        return Source(name, text, words, video, marks, script=script[0], long=script[1],
+                      notes=_told(script[0], video))
+    if transcribe and raw.get(name, ".txt", ".lab") is None:
+        return Source(name, video=video, landmarks=() if find else _landmarks(raw, name), guessed=True,
+                      sound=raw.get(name, *SOUNDS))
+    return None
 
 
 def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:

@@ -40,25 +40,6 @@ FOUND = 0.2
 """Share of the words of a text that must be found in a recording for it to be the text of it."""
 
 
-@dataclass(frozen=True)
-class Recording:
-    """A long recording and what lies beside it.
-
-    Args:
-        id: of the recording.
-        video: its file.
-        text: what is said in it, with or without times.
-        why: why it is taken to be long.
-        landmarks: of all its pictures, where there are any.
-    """
-
-    id: str
-    video: Path
-    text: Path
-    why: str
-    landmarks: tuple[Path, ...] = ()
-
-
 @dataclass
 class Cuts:
     """What became of long recordings.
@@ -73,7 +54,7 @@ class Cuts:
     told: list[str] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
 
-    def refuse(self, recording: Recording, why: str) -> None:
+    def refuse(self, recording: Source, why: str) -> None:
         """Leave a whole recording out."""
         self.sources.append(Source(recording.id, video=recording.video, problem=why))
 
@@ -82,7 +63,7 @@ class Cuts:
 class _Work:
     """A recording that is being cut: what is known of it so far."""
 
-    recording: Recording
+    recording: Source
     sound: dict[str, Any]
     script: Script
     ways: dict[str, list[tuple[str, ...]]]
@@ -93,19 +74,31 @@ class _Work:
     failed: dict[int, str] = field(default_factory=dict)
     words: Words = field(default_factory=list)
 
+    @property
+    def text(self) -> Path:
+        """The file that tells what is said."""
+        assert self.recording.script is not None
+        return self.recording.script
+
+    @property
+    def video(self) -> Path:
+        """The recording's file."""
+        assert self.recording.video is not None
+        return self.recording.video
+
     def said(self, passage: Passage) -> list[Word]:
         """The words of a passage with their pronunciations."""
         return [(w, self.ways[w]) for w in self.script.words[passage.first : passage.last]]
 
 
-def cut_recordings(recordings: Sequence[Recording], shop: Workshop, variant: str, lexicon: Mapping[str, str],
+def cut_recordings(recordings: Sequence[Source], shop: Workshop, variant: str, lexicon: Mapping[str, str],
                    dimensions: int = 2) -> Cuts:
     """Utterances of long recordings, as sources with a clip of their own each.
 
     Each step is kept as it is done, piece by piece, and a killed command goes on where it was.
 
     Args:
-        recordings: with the texts beside them.
+        recordings: each with its script.
         shop: where to work.
         variant: pronunciation variant.
         lexicon: word to phones, before the variant's lexicon.
@@ -117,26 +110,27 @@ def cut_recordings(recordings: Sequence[Recording], shop: Workshop, variant: str
     _timed(works, shop)
     for work in [w for w in works if not _belongs(w)]:
         found = sum(word is not None for word in work.words)
-        cuts.refuse(work.recording, f"{work.recording.text.name} is not what is said in it: {found} of its "
+        cuts.refuse(work.recording, f"{work.text.name} is not what is said in it: {found} of its "
                     f"{len(work.words)} words were found")
         works.remove(work)
     _cut(works, shop, cuts, dimensions)
     return cuts
 
 
-def _heard(recordings: Sequence[Recording], shop: Workshop, variant: str, lexicon: Mapping[str, str],
+def _heard(recordings: Sequence[Source], shop: Workshop, variant: str, lexicon: Mapping[str, str],
            cuts: Cuts) -> list[_Work]:
     results = shop.run(RECORDING, hear, {r.id: {"video": r.video} for r in recordings}, VERSION)
     works = []
     for r in recordings:
+        assert r.script is not None
         try:
             if "dropped" in results[r.id]:
                 cuts.refuse(r, results[r.id]["dropped"])
                 continue
-            cues, notes = in_order(read_timed_text(r.text))
+            cues, notes = in_order(read_timed_text(r.script))
             script = Script(cues, variant)
             if not script.words:
-                raise DnnvssError("holds no word", file=r.text, remedy="Write what is said in the recording")
+                raise DnnvssError("holds no word", file=r.script, remedy="Write what is said in the recording")
             ways = {w: pronunciations(w, variant, lexicon) for w in set(script.words)}
         except DnnvssError as error:
             cuts.refuse(r, str(error))
@@ -227,7 +221,7 @@ def _cut(works: Sequence[_Work], shop: Workshop, cuts: Cuts, dimensions: int) ->
             start, end = edges(a, b, work.loud, before, behind)
             name = f"{work.recording.id}_{_clock(a.start)}"
             owners[name] = work, (first, last)
-            tasks[name] = {"recording": work.recording.id, "video": work.recording.video,
+            tasks[name] = {"recording": work.recording.id, "video": work.video,
                            "sound": folder_of(shop.out) / f"{work.recording.id}.48.wav",
                            "pictures": {k: work.sound[k] for k in ("base", "zero", "codec")},
                            "start": round(max(start, 0.0), 4), "end": round(end, 4)}
@@ -244,11 +238,12 @@ def _cut(works: Sequence[_Work], shop: Workshop, cuts: Cuts, dimensions: int) ->
 def _source(name: str, work: _Work, words: tuple[int, int], clip: Mapping[str, Any], out: Path,
             marks: tuple[Path, ...]) -> Source:
     if "dropped" in clip:
-        return Source(name, video=work.recording.video, problem=clip["dropped"])
+        return Source(name, video=work.video, problem=clip["dropped"])
     timed = [w for w in work.words[slice(*words)] if w is not None]
     bounds = tuple((max(w.start - clip["start"], 0.0), max(w.end - clip["start"], 0.0)) for w in timed)
     spoken = tuple(work.script.words[slice(*words)])
-    return Source(name, work.script.text(*words), spoken, out / clip["clip"], marks, bounds)
+    return Source(name, work.script.text(*words), spoken, out / clip["clip"], marks, bounds,
+                  guessed=work.recording.guessed)
 
 
 def _tell(work: _Work, names: Sequence[str], clips: Mapping[str, Mapping[str, Any]], cuts: Cuts) -> None:
@@ -257,11 +252,11 @@ def _tell(work: _Work, names: Sequence[str], clips: Mapping[str, Mapping[str, An
     minutes = sum(w.end - w.start for w in spoken) / 60
     copied = sum(bool(clips[n].get("copied")) for n in names)
     cuts.told.append(
-        f"{work.recording.video.name} ({work.sound['seconds'] / 60:.1f} minutes, {work.recording.why}) is cut at "
+        f"{work.video.name} ({work.sound['seconds'] / 60:.1f} minutes, {work.recording.long}) is cut at "
         f"pauses into {len(names)} utterances with {minutes:.1f} minutes of speech, {copied} of them copied without a "
-        f"loss; {len(spoken)} of the {len(work.words)} words of {work.recording.text.name} were put in time")
-    cuts.told += [f"{work.recording.text.name}: {note}" for note in work.notes]
-    cuts.left_out += left_out(work.recording.video.name, work.script.words, work.words, work.passages, work.failed,
+        f"loss; {len(spoken)} of the {len(work.words)} words of {work.text.name} were put in time")
+    cuts.told += [f"{work.text.name}: {note}" for note in work.notes]
+    cuts.left_out += left_out(work.video.name, work.script.words, work.words, work.passages, work.failed,
                               work.spans)
 
 

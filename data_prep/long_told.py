@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from data_prep.long import Recording
 from data_prep.shelf import Shelf
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -13,24 +12,25 @@ LONG, MANY = 60.0, 40
 """Seconds from which a recording with more words than that in its transcript is cut into utterances."""
 
 
-def long_recording(shelf: Shelf, name: str, video: Path) -> Recording | None:
-    """A recording that is to be cut, None where it is a clip of one utterance.
+def long_script(shelf: Shelf, name: str, video: Path | None) -> tuple[Path, str] | None:
+    """The file that tells what is said in a recording that is to be cut, and why; None for a clip of one utterance.
 
     It is cut where times of words or subtitles lie beside it and no transcript, and where it has a transcript
     of more than 40 words and lasts longer than a minute.
     """
     timed, transcript = _timed(shelf, name), shelf.get(name, ".txt")
-    if transcript is None and shelf.get(name, ".lab") is None and timed is not None:
-        return Recording(name, video, timed, f"beside it lies {timed.name}", shelf.landmarks(name))
-    if transcript is None or len(_text(transcript).split()) <= MANY:
+    if video is None:
+        return None
+    if transcript is None:
+        beside = shelf.get(name, ".lab") is None and timed is not None
+        return (timed, f"beside it lies {timed.name}") if timed is not None and beside else None
+    if len(_text(transcript).split()) <= MANY:
         return None
     try:
         seconds = seconds_of(video)
     except DnnvssError:
         return None  # what reads it will say why
-    if seconds <= LONG:
-        return None
-    return Recording(name, video, timed or transcript, f"longer than {LONG:g} s", shelf.landmarks(name))
+    return (timed or transcript, f"longer than {LONG:g} s") if seconds > LONG else None
 
 
 def _timed(shelf: Shelf, name: str) -> Path | None:

@@ -5,15 +5,17 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-from data_prep.alignments import aligned
+from data_prep.alignments import aligned, doubtful_words
 from data_prep.checks import cleaned, examined, found
 from data_prep.digests import with_digests
+from data_prep.ready import made_ready
 from data_prep.recipe import Preparation, Recipe, Results, Source
 from data_prep.recordings import brought, recorded, usual
 from data_prep.report import Outcome, counts, write_report
 from data_prep.sounds import lateness_of, sounds
 from data_prep.splits import completed, lacking, resolved
 from data_prep.stages import Workshop
+from data_prep.transcribing import TRANSCRIPTS, write_guesses
 from dnnvss import files
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
@@ -35,14 +37,15 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         raise recipe.lacking
     if not sources:
         raise DnnvssError("there is no recording to prepare", remedy="Set corpus.raw to the folder with the recordings")
-    notes: list[str] = []
+    cuts = made_ready(sources, recipe, shop)
+    sources, notes = cuts.sources, list[str]()
     if recipe.splits:  # a mistake in them is said before hours of work
         splits, notes = resolved(recipe.splits, [s.id for s in sources])
         recipe = replace(recipe, splits=splits)
         completed(recipe.splits, [s.id for s in sources], recipe.val, recipe.test, recipe.stratum)
     run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources},
-                      [*recipe.told, *notes])
-    for note in notes:
+                      [*cuts.told, *notes], cuts.left_out)
+    for note in [*cuts.told, *notes]:
         print(note)
     try:
         for source in sources:
@@ -58,6 +61,7 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
         timed = aligned(run, made, late)
         clean = cleaned(run, made, timed, bad)
         utterances = with_digests(shop, _utterances(run, made, timed, clean))
+        _guesses(run, timed)
         return _finished(run, utterances, size, rate)
     finally:
         shop.sweep()
@@ -80,10 +84,23 @@ def _utterances(run: Preparation, made: Results, timed: Results, clean: Results)
     ]
 
 
+def _guesses(run: Preparation, timed: Results) -> None:
+    """Set off what was written down by a machine and hardly fits the sound."""
+    guessed = [s for s in run.sources if s.guessed and s.text]
+    if not guessed:
+        return
+    doubtful = {s.id: doubtful_words(s.words, timed.get(s.id, {})) for s in guessed}
+    for name, words in doubtful.items():
+        told = f", doubtful: {', '.join(words)}" if words else ""
+        run.outcomes[name].notes.append(f"its text was written down by a machine: read it{told}")
+    path = write_guesses(run.shop.out, {s.id: s.text for s in guessed}, doubtful, run.outcomes.values())
+    print(f"Read what was written down by a machine, mend it in {run.shop.out / TRANSCRIPTS}, run this again: {path}")
+
+
 def _finished(run: Preparation, utterances: list[Utterance], size: tuple[int, int], rate: Fraction) -> Path:
     """Write the records, splits and report, say what was written, and return the folder."""
     out, recipe = run.shop.out, run.recipe
-    report = write_report(out, run.outcomes.values(), run.found, recipe.left_out)
+    report = write_report(out, run.outcomes.values(), run.found, run.left_out)
     if not utterances:
         run.nothing_left()
     kept = {u.id for u in utterances}

@@ -1,6 +1,6 @@
 """What an importer says of its recordings, how they are to be read, and what became of them so far."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
@@ -31,7 +31,9 @@ class Source:
         problem: why the utterance cannot be used, where the importer knows already.
         notes: what is to be said of it in the report.
         sound: a sound file beside landmarks without video, or beside a video without sound.
-        guessed: its text was written down by a machine.
+        script: a file that tells what is said in a long recording, with or without times: it is cut into utterances.
+        long: why it is.
+        guessed: its text was, or is to be, written down by a machine.
     """
 
     id: str
@@ -45,6 +47,8 @@ class Source:
     problem: str = ""
     notes: tuple[str, ...] = ()
     sound: Path | None = None
+    script: Path | None = None
+    long: str = ""
     guessed: bool = False
 
 
@@ -70,8 +74,6 @@ class Recipe:
         rows: the points of a frame that are kept, in their new order; all of them where None.
         task: the file of the nets that find landmarks; None where every recording brings its own.
         lacking: why landmarks that are needed cannot be found.
-        told: what the importer has to say of all recordings, a sentence each.
-        left_out: parts of long recordings that are not used: recording, start and end in seconds, why.
     """
 
     info: CorpusInfo
@@ -92,8 +94,6 @@ class Recipe:
     rows: tuple[int, ...] | None = None
     task: Path | None = None
     lacking: DnnvssError | None = None
-    told: tuple[str, ...] = ()
-    left_out: tuple[tuple[str, float, float, str], ...] = ()
 
 
 def own_lexicon(given: Mapping[str, Any] | None) -> dict[str, str]:
@@ -112,13 +112,23 @@ def own_lexicon(given: Mapping[str, Any] | None) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Preparation:
-    """The sources, how to read them, where to work, and what became of each so far."""
+    """The sources, how to read them, where to work, and what became of each so far.
+
+    Args:
+        sources: an utterance each.
+        recipe: how they are read.
+        shop: where to work.
+        outcomes: what became of each.
+        found: what is to be said of all of them.
+        left_out: parts of long recordings that are not used: recording, start and end in seconds, why.
+    """
 
     sources: list[Source]
     recipe: Recipe
     shop: Workshop
     outcomes: dict[str, Outcome]
     found: list[str] = field(default_factory=list)
+    left_out: Sequence[tuple[str, float, float, str]] = ()
 
     def alive(self) -> list[Source]:
         """Return the sources that were not dropped."""
@@ -143,7 +153,7 @@ class Preparation:
         Raises:
             DnnvssError: always.
         """
-        report = write_report(self.shop.out, self.outcomes.values())
+        report = write_report(self.shop.out, self.outcomes.values(), self.found, self.left_out)
         name, outcome = next(iter(self.outcomes.items()))
         raise DnnvssError(f"none of the {len(self.outcomes)} utterances can be used; the first one, {name}: "
                           f"{'; '.join(outcome.reasons)}", file=report, remedy="See the report for the others")

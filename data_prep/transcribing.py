@@ -17,7 +17,7 @@ from dnnvss.formats import Cue, write_srt
 from dnnvss.formats.tables import markdown_table
 from dnnvss.media import SPEECH_RATE
 from dnnvss.media.index import seconds_of
-from dnnvss.media.storing import store_sound, stored
+from dnnvss.media.storing import store_sound, stored, stretch
 from dnnvss.speech.activity import louder, stretches
 from dnnvss.speech.align_doubt import levels
 
@@ -40,8 +40,8 @@ def written_down(videos: Mapping[str, Path], shop: Workshop) -> dict[str, Path |
     folder = shop.out / TRANSCRIPTS
     found: dict[str, Path | str] = {}
     for name in videos:
-        kept = [folder / f"{name}{suffix}" for suffix in (".txt", ".srt")]
-        found |= {name: path for path in kept if path.is_file()}
+        kept = [path for suffix in (".srt", ".txt") if (path := folder / f"{name}{suffix}").is_file()]
+        found |= dict.fromkeys([name], kept[0]) if kept else {}
     waiting = {name: {"video": path} for name, path in videos.items() if name not in found}
     if waiting:
         check_transcriber()
@@ -71,7 +71,7 @@ def write_down(name: str, out: Path, video: Path) -> dict[str, Any]:
     samples = stored(sound)
     cues = []
     for start, end in speech_pieces(samples):
-        said = transcribe(np.asarray(samples[round(start * SPEECH_RATE) : round(end * SPEECH_RATE)], np.float32) / 32767)
+        said = transcribe(stretch(sound, SPEECH_RATE, start, end))
         cues += [Cue(start, end, said.text)] if any(c.isalnum() for c in said.text) else []
     del samples
     files.remove(sound)
