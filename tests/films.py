@@ -4,13 +4,14 @@ import struct
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import av
 import numpy as np
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
+from dnnvss.corpus import Corpus
 from dnnvss.formats import write_alignment, write_npz
 from dnnvss.formats.openface import Landmarks
 from dnnvss.media import read_audio, read_video, write_video
@@ -120,3 +121,51 @@ def talker_folder(home: Path, sentences: int, size: int) -> Path:
         write_alignment(raw / f"{u.id}.TextGrid", u.alignment)
     files.write_json(raw / "landmarks.json", {"groups": corpus.info.landmark_groups})
     return raw
+
+
+class Said(NamedTuple):
+    """A sentence of a lecture: its text, start and end of its words in seconds."""
+
+    text: str
+    start: float
+    end: float
+
+
+def lecture(demo: Path, out: Path, *, gap: float = 0.3, count: int = 100) -> list[Said]:
+    """Write the sentences of a prepared corpus as one recording with landmarks into a folder, and return them.
+
+    Args:
+        demo: the corpus.
+        out: the folder; gets ``lecture.mp4``, ``lecture.npz`` and ``landmarks.json``.
+        gap: seconds of silence that are added after each sentence.
+        count: sentences at most.
+    """
+    corpus = Corpus.open(demo)
+    images, points, audio = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
+    said, at = list[Said](), 0.0
+    for u in list(corpus.utterances.values())[:count]:
+        still = round(gap * float(u.rate))
+        shown = read_video(corpus.path(u, "video"))
+        marks = corpus.landmarks(u)[0]
+        images += [*shown, *[shown[-1]] * still]
+        points += [*marks, *[marks[-1]] * still]
+        seconds = (len(shown) + still) / float(u.rate)
+        heard = read_audio(corpus.path(u, "audio"))[: round(seconds * 16000)]
+        audio.append(np.pad(heard, (0, round(seconds * 16000) - len(heard))))
+        spoken = [s for s in u.alignment["words"] if s.label]
+        said.append(Said(u.text, at + spoken[0].start, at + spoken[-1].end))
+        at += seconds
+    write_video(out / "lecture.mp4", images, u.rate, np.concatenate(audio))
+    write_npz(out / "lecture.npz", Landmarks(np.array(points), np.ones(len(points), bool)))
+    files.write_json(out / "landmarks.json", {"groups": {k: list(v) for k, v in corpus.info.landmark_groups.items()}})
+    return said
+
+
+def subtitles(said: Sequence[tuple[str, float, float]]) -> str:
+    """Sentences as the text of an ``.srt`` file."""
+
+    def stamp(t: float) -> str:
+        whole = round(t * 1000)
+        return f"00:{whole // 60000:02d}:{whole // 1000 % 60:02d},{whole % 1000:03d}"
+
+    return "\n".join(f"{k}\n{stamp(a)} --> {stamp(b)}\n{text}\n" for k, (text, a, b) in enumerate(said, 1))

@@ -76,8 +76,8 @@ def _whole(text: np.ndarray, heard: np.ndarray) -> np.ndarray:
 def trusted(text: Sequence[int], heard: Sequence[int], places: np.ndarray, reach: int = 4) -> np.ndarray:
     """Which heard words (m,) bool lie where text and sound agree.
 
-    Of the words around one, ``reach`` to either side, at least half must be the same as in the text, and their places
-    there must not lie far apart: single words that agree by chance do not count.
+    Of the words around one, ``reach`` to either side, at least half must be the same as in the text, or of those to one
+    side three quarters, and their places there must not lie far apart: single words that agree by chance do not count.
     """
     said, wanted = np.asarray(heard, np.int64), np.asarray(text, np.int64)
     same = places >= 0
@@ -85,6 +85,7 @@ def trusted(text: Sequence[int], heard: Sequence[int], places: np.ndarray, reach
     good = np.zeros(len(said), bool)
     for k in np.flatnonzero(places >= 0):
         near = slice(max(int(k) - reach, 0), int(k) + reach + 1)
-        close = same[near] & (np.abs(places[near] - places[k]) <= 2 * reach)
-        good[k] = close.sum() >= max(3, 0.5 * len(close)) or (len(said) < 3 and bool(same.all()))
-    return good
+        close, middle = same[near] & (np.abs(places[near] - places[k]) <= 2 * reach), int(k) - near.start
+        good[k] = any(side.sum() >= max(3, share * len(side)) for side, share in (
+            (close, 0.5), (close[: middle + 1], 0.75), (close[middle:], 0.75)))
+    return good if len(said) > 2 else same
