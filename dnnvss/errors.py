@@ -2,13 +2,17 @@
 
 from os import PathLike
 
+_CONTROLS = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
+_CONTROLS |= {code: f"\\u{code:04x}" for code in (*range(0x202A, 0x202F), *range(0x2066, 0x206A))}
+"""What would change the colours, the title or the order of letters of a terminal, as escapes."""
 _LONGEST = 1000  # letters of a problem or remedy; a damaged file may quote itself without end
 
 
 class DnnvssError(Exception):
     """A mistake in the input, said so that it can be mended.
 
-    The message reads ``FILE: utterance ID: problem. Remedy.``; parts that do not apply are left out.
+    The message reads ``FILE: utterance ID: problem. Remedy.``; parts that do not apply are left out. What steers a
+    terminal is escaped in it: names and values may be those of a foreign file.
 
     Args:
         problem: what is wrong, with the offending value.
@@ -31,7 +35,8 @@ class DnnvssError(Exception):
         where = [str(file)] if file is not None else []
         where += [f"utterance {utterance}"] if utterance is not None else []
         message = ": ".join([*where, problem])
-        super().__init__(f"{message.rstrip('.')}. {_ended(remedy)}" if remedy else message)
+        message = f"{message.rstrip('.')}. {_ended(remedy)}" if remedy else message
+        super().__init__(message.translate(_CONTROLS))
 
     def __reduce__(self) -> tuple:
         """Keep the parts when a worker process hands the error back."""

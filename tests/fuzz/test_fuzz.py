@@ -159,6 +159,7 @@ def answered(kind: Input) -> None:
     except DnnvssError as error:
         assert error.file is not None or error.remedy
         assert len(str(error)) < 3000
+        assert not set(str(error)) & {"\x1b", "\x07", "\r", "\x9b", "\u202e"}
 
 
 def _peak() -> float:
