@@ -50,11 +50,34 @@ class Command:
         words: its arguments, from the home folder.
         needs: what lies in the home folder before it, from the folder of what was made beforehand.
         whole: whether the face of the corpus is needed, which training makes.
+        before: called in its process, with the home folder, before the command.
     """
 
     words: Callable[[Path], tuple[object, ...]]
     needs: tuple[str, ...] = ()
     whole: bool = False
+    before: Callable[[Path], None] = lambda home: None
+
+
+def _drag(home: Path) -> None:
+    """Let the page of labels be used as by a browser: every point is dragged a little and kept; then it is left."""
+    from urllib.parse import quote
+    from urllib.request import Request, urlopen
+
+    from dnnvss.face.aam.labelling.sheet import Sheet
+    from dnnvss.studio.server import Server
+
+    def wait(self: Server) -> None:
+        sheet = Sheet.open(home / "labels")
+        for k, label in enumerate(sheet.labels):
+            points = np.round(sheet.read(label)).tolist()
+            body = json.dumps({"points": points, "done": bool(k % 2)}).encode()
+            request = Request(f"{self.url}points/{quote(label.image, safe='')}", body,
+                              {"Content-Type": "application/json"})
+            with urlopen(request, timeout=20) as answer:
+                answer.read()
+
+    Server.wait = wait  # type: ignore[method-assign]
 
 
 COMMANDS = {
@@ -80,6 +103,7 @@ COMMANDS = {
                      ("data",)),
     "import": Command(lambda home: ("label", "import", home / "labels", "--from", home / "coco.json"),
                       ("labels", "coco.json")),
+    "page": Command(lambda home: ("label", "page", home / "labels", "--port", 0), ("labels",), before=_drag),
     "track": Command(lambda home: ("track", home / "labels", home / "raw", "--out", home / "tracked", "--jobs", 2,
                                    "--own", 6), ("labels", "raw")),
     "figure": Command(lambda home: ("figure", home / "runs/a", "--coefficient", 1, "--out", home / "f.png"),
@@ -279,7 +303,8 @@ def trials(folder: Path, name: str, few: int = 0, times: int = 0) -> Iterator[Tr
     fresh(home, base, command.needs, command.whole)
     log.write_text("")
     start = time.monotonic()
-    if run(words, log, finish=lambda: (folder / "count").write_text(str(len(MOVES))) and None):
+    before = {"prepare": lambda: command.before(home)}
+    if run(words, log, **before, finish=lambda: (folder / "count").write_text(str(len(MOVES))) and None):
         raise AssertionError(f"{name} alone: {log.read_text()}")
     lasts = time.monotonic() - start
     whole, moves, rng = state(home), int((folder / "count").read_text()), random.Random(name)
@@ -291,11 +316,11 @@ def trials(folder: Path, name: str, few: int = 0, times: int = 0) -> Iterator[Tr
     for when, how in kills:
         fresh(home, base, command.needs, command.whole)
         log.write_text("")
-        killed = run(words, log, **how)
+        killed = run(words, log, **before, **how)
         if killed == 0 and "seconds" in how:
             continue  # it was faster than before
         left = orphans()
-        again = run(words, log)
+        again = run(words, log, **before)
         problem = f"{left} processes stayed; " if left else ""
         yield Trial(name, when, problem + _problem(killed, again, whole, state(home), log))
 
