@@ -30,6 +30,7 @@ from dnnvss.evaluation.statistics import difference
 from dnnvss.formats.tables import aligned
 from dnnvss.runs.fitting import Material, encode, gather
 from dnnvss.runs.folds import folded, speech
+from dnnvss.runs.knowledge import with_knowledge
 from dnnvss.systems import Example
 from dnnvss.systems.examples import speech_frames
 from dnnvss.systems.registry import make_system
@@ -38,8 +39,9 @@ from dnnvss.systems.registry import make_system
 def material(folder: Path, given: list[str], clips: int, seed: int) -> Material:
     """The examples of a corpus, or of some clips of its training split, all of them in ``test``."""
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
-        settings = run_settings(compose("train", ["corpus=folder", f"corpus.name={folder.name}", "corpus.raw=none",
-                                                  f"corpus.out={folder}", "folds=0", *given]))
+        settings = with_knowledge(run_settings(compose("train", ["corpus=folder", f"corpus.name={folder.name}",
+                                                                 "corpus.raw=none", f"corpus.out={folder}", "folds=0",
+                                                                 *given])))
     corpus = Corpus.open(folder)
     made = gather(settings, corpus, encode(settings, corpus))
     if clips:

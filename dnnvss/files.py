@@ -2,6 +2,7 @@
 
 import codecs
 import errno
+import hashlib
 import json
 import os
 import re
@@ -298,6 +299,12 @@ def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:
             raise DnnvssError("is empty, not a byte of it is there", file=path, remedy=remedy) from error
         said = " ".join(f"{type(error).__name__}: {error}".split())[:300]
         raise DnnvssError(f"cannot be read ({said})", file=path, remedy=remedy) from error
+
+
+def digest(path: str | Path) -> str:
+    """The SHA-256 of what a file holds, in hexadecimal digits."""
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def read_text(path: str | Path, remedy: str) -> str:

@@ -213,7 +213,7 @@ def _link(name: str, target: str) -> Callable[[Place], None]:
 def _bundle(change: Callable[[Place, dict[str, Any]], None]) -> Callable[[Place], None]:
     """A bundle of the run, whose index, digests right, is then changed."""
     def make(place: Place) -> None:
-        from dnnvss.runs.bundle import digest
+        from dnnvss.files import digest
         from dnnvss.runs.bundling import write_bundle
         from dnnvss.runs.run import Run
 

@@ -21,6 +21,7 @@ from dnnvss.phones.contexts import spoken_seconds
 from dnnvss.records import read_record
 from dnnvss.runs.fitting import Material, encode, gather
 from dnnvss.runs.folds import folded, speech
+from dnnvss.runs.knowledge import with_knowledge
 from dnnvss.runs.naming import system_that_counts, what_counts
 from dnnvss.runs.settings import RunSettings
 from dnnvss.settings import check_settings, read_settings, setting
@@ -110,11 +111,14 @@ class Choice:
 def settled(settings: RunSettings, corpus: Corpus) -> tuple[RunSettings, Choice | None]:
     """The settings of a run with the system that it is to have, and how that was chosen where it was to be.
 
+    What other talkers' runs know is filled in first.
+
     The choice is kept beside the encoding of the corpus, and so is each trial as it ends: the next command finds them.
 
     Raises:
         DnnvssError: no candidate reads the labels.
     """
+    settings = with_knowledge(settings)
     if settings.model.get("system") != AUTO:
         return settings, None
     auto = AutoSettings.read(settings.model)
@@ -200,6 +204,8 @@ def _best(trials: Mapping[str, Trial], minutes: float, sentences: int, auto: Aut
     reason = (f"of {len(trials)} systems it says sentences that it did not learn from best, correlation "
               f"{trials[name].correlation:.3f} (next {second}, {trials[second].correlation:.3f}), by {sentences} "
               f"sentences with {amount} of speech")
+    if sources := auto.candidates[name].get("sources"):
+        reason += f"; it learnt from runs of {', '.join(sources)} too"
     if minutes < auto.networks:
         reason += f"; networks are tried from {auto.networks:g} minutes on"
     return Choice(name, reason, minutes, sentences, dict(trials))

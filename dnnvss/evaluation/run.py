@@ -100,7 +100,7 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> E
     lost = material.encoded.left_out
     gaps = {e.id: lost[e.id] for e in material.examples["test"] if e.id in lost}
     judge = partial(verdict, system=settings.model_name, train=material.examples["train"],
-                    voice=Voice.load(RunFiles(folder).voice))
+                    voice=Voice.load(RunFiles(folder).voice), sources=tuple(settings.model.get("sources", ())))
     if not material.folds:
         parts = [Part(generator, material.examples, material.other_tests())]
         return evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)

@@ -79,7 +79,8 @@ class Verdict:
         return files.write_text(path, document(title, body, "main { --measure: 860px; }\n"))
 
 
-def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice) -> Verdict:
+def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
+            sources: Sequence[str] = ()) -> Verdict:
     """The verdict on a run.
 
     Args:
@@ -87,19 +88,21 @@ def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice)
         system: its name.
         train: what it was trained on.
         voice: of the talker.
+        sources: talkers whose systems it learnt from.
     """
     heard = Counter(p for e in train for p in e.alignment["phones"].labels if p not in SILENCES)
     coverage = Coverage.of(heard, voice.triphones)
     prompts = tuple(next_prompts(coverage, voice.variant))
     seconds = speech(train)
-    lines = (_recorded(len(train), seconds), _covered(coverage, voice.variant), _against(report, system),
+    lines = (_recorded(len(train), seconds, sources), _covered(coverage, voice.variant), _against(report, system),
              _next(prompts), _expected(report.headline("model"), seconds))
     return Verdict(lines, prompts, coverage)
 
 
-def _recorded(sentences: int, seconds: float) -> str:
+def _recorded(sentences: int, seconds: float, sources: Sequence[str]) -> str:
     amount = f"{seconds:.0f} seconds" if seconds < 120 else f"{seconds / 60:.0f} minutes"
-    return f"Trained on {sentences} sentences with {amount} of speech."
+    others = f", and on what runs of {', '.join(sources)} had learnt" if sources else ""
+    return f"Trained on {sentences} sentences with {amount} of speech{others}."
 
 
 def _covered(coverage: Coverage, variant: str) -> str:

@@ -5,7 +5,6 @@ programs read it, all else as arrays of numbers (``.npz``). Nothing in a bundle 
 synth.py run=BUNDLE`` speaks from it with neither Lightning nor hydra in the process.
 """
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -64,19 +63,13 @@ class BundleIndex:
                 raise DnnvssError(f"digests: {name!r} is {'missing' if name in known else 'no file of a bundle'}",
                                   file=path, remedy=_REMEDY)
             member = files.inside(folder, name)
-            if files.read(member, digest, _REMEDY) != self.digests[name]:
+            if files.read(member, files.digest, _REMEDY) != self.digests[name]:
                 raise DnnvssError("is not the file that the bundle was written with", file=member, remedy=_REMEDY)
         return folder / self.network
 
     def save(self, folder: Path) -> Path:
         """Write the index, which makes the folder a bundle, and return its path."""
         return files.write_json(RunFiles(folder).index, asdict(self))
-
-
-def digest(path: Path) -> str:
-    """The SHA-256 of what a file holds, in hexadecimal digits."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def is_bundle(folder: Path) -> bool:

@@ -7,7 +7,7 @@ from dnnvss import __version__, files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.description import Description
 from dnnvss.export.graph import frame_streams, is_network
-from dnnvss.runs.bundle import NETWORKS, BundleIndex, digest, is_bundle
+from dnnvss.runs.bundle import NETWORKS, BundleIndex, is_bundle
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.run import Run
 from dnnvss.staging import is_ours, sweep
@@ -57,7 +57,7 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
         for path in _copied(run):
             with files.replacing(folder / path.name) as temporary:
                 shutil.copyfile(path, temporary)
-        digests = {path.name: digest(part.file) for path, part in sorted(group.parts.items())}
+        digests = {path.name: files.digest(part.file) for path, part in sorted(group.parts.items())}
         for path in {*theirs.members, *(folder / other for other in NETWORKS)} - group.parts.keys():
             group.leave_out(path)
         BundleIndex(name, run.folder.name, __version__, digests).save(folder)

@@ -15,7 +15,7 @@ from dnnvss.runs.settings import RunSettings
 from dnnvss.staging import is_ours
 from dnnvss.training.settings import SHARING
 
-_NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample")
+_NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample", "knowledge")
 
 
 def run_name(settings: RunSettings, fingerprint: str) -> str:
@@ -57,8 +57,11 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
 
 
 def system_that_counts(model: Mapping[str, Any]) -> dict[str, Any]:
-    """The settings of a system that change what comes of it."""
-    return {k: _fit_that_counts(v) if k == "fit" else v for k, v in model.items()}
+    """The settings of a system that change what comes of it: of what it learns from, what that is and not where."""
+    counts = {k: v for k, v in model.items() if k != "sources"}
+    if sources := model.get("sources"):
+        counts["sources"] = {name: {k: v for k, v in own.items() if k != "checkpoint"} for name, own in sources.items()}
+    return {k: _fit_that_counts(v) if k == "fit" else v for k, v in counts.items()}
 
 
 def _fit_that_counts(fit: Mapping[str, Any]) -> dict[str, Any]:

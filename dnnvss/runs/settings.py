@@ -51,6 +51,7 @@ class RunOptions:
     jobs: int = setting(-1, least=-1, nonzero=True, doc="processes of the stage that encodes faces; -1 for all cores")
     folds: int | None = setting(None, least=0, doc="parts of all sentences, each predicted by a system that was "
                                 "trained without it; 0 for the test split, by size where None")
+    knowledge: str | tuple[str, ...] | None = setting(None, path=True, doc="run folders of other talkers to learn from")
     sample: bool = setting(True, doc="render test sentences at the end")
     trajectory: TrajectorySettings
     style: StyleSettings

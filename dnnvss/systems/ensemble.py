@@ -63,6 +63,7 @@ class Ensemble(VisualModel):
         """Fit all systems, each in a folder of its own; ``val`` gives the variance of the mean's errors."""
         for name, system in self.systems.items():
             system.fit(train, val, folder / name)
+        self.windows_ = STATIC_DELTA_DELTA2.first(train[0].measured[0].shape[1])
         self.variance_ = error_variance(self.streams, val or train)
 
     def predict(self, example: Example) -> Prediction:
@@ -75,12 +76,8 @@ class Ensemble(VisualModel):
 
     def streams(self, example: Example) -> np.ndarray:
         """The mean of the trajectories that the systems say by themselves, with its derivatives, (T, W, D)."""
-        parts = []
-        for system in self.systems.values():
-            said = system.predict(example)
-            windows = STATIC_DELTA_DELTA2.first(said.mean.shape[1])
-            parts.append(np.asarray(mlpg(said.mean, said.variance, windows), dtype=np.float64))
-        return derivatives(np.mean(parts, axis=0), windows)
+        parts = [trajectory(system, example) for system in self.systems.values()]
+        return derivatives(np.mean(parts, axis=0), self.windows_)
 
     def report(self, example: Example) -> dict[str, Any]:
         """Return what each system reports."""
@@ -101,3 +98,11 @@ class Ensemble(VisualModel):
         for name, system in self.systems.items():
             system.load_state(state["systems"][name])
         self.variance_ = state["variance"].numpy()
+        self.windows_ = STATIC_DELTA_DELTA2.first(len(self.variance_))
+
+
+def trajectory(system: VisualModel, example: Example) -> np.ndarray:
+    """What a system says by itself of an example, parameter generation included, (T, D) float64."""
+    said = system.predict(example)
+    windows = STATIC_DELTA_DELTA2.first(said.mean.shape[1])
+    return np.asarray(mlpg(said.mean, said.variance, windows), dtype=np.float64)

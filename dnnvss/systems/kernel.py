@@ -87,13 +87,16 @@ class KernelRegression(VisualModel):
         seen = np.concatenate([self.seen(e)[frames] for e, frames in drawn])[::thinner]
         values = np.concatenate([e.measured[0][frames, 0] for e, frames in drawn])[::thinner].astype(np.float64)
         self.seen_, self.mean_ = seen.astype(np.float32), values.mean(0)
-        apart = pdist(seen[:: -(-len(seen) // _SEEN)])
-        self.width_ = self.settings.width * (float(np.median(apart)) if len(apart) and apart.any() else 1.0)
+        self._measure(seen)
         kernel = self._kernel(self.seen_)
         kernel[np.diag_indices_from(kernel)] += self.settings.noise
         self.weights_ = np.linalg.solve(kernel, values - self.mean_)
         self.windows_ = STATIC_DELTA_DELTA2.first(train[0].measured[0].shape[1])
         self.variance_ = error_variance(self.streams, val or train)
+
+    def _measure(self, seen: np.ndarray) -> None:
+        """Take the width of the kernel from what is seen (N, columns) of training frames."""
+        self.width_ = self.settings.width * typical_distance(seen)
 
     def predict(self, example: Example) -> Prediction:
         """Return the expected trajectory and its derivatives, with the error variance on the validation frames."""
@@ -131,6 +134,12 @@ class KernelRegression(VisualModel):
 
     def _kernel(self, seen: np.ndarray) -> np.ndarray:
         return np.exp(cdist(seen, self.seen_, "sqeuclidean") / (-2 * self.width_**2))
+
+
+def typical_distance(seen: np.ndarray) -> float:
+    """The median distance of two frames among some of (N, columns); 1 where all look alike."""
+    apart = pdist(seen[:: -(-len(seen) // _SEEN)])
+    return float(np.median(apart)) if len(apart) and apart.any() else 1.0
 
 
 def error_variance(streams: Any, examples: Sequence[Example]) -> np.ndarray:

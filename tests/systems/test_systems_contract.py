@@ -15,13 +15,15 @@ import dnnvss.systems
 from dnnvss.errors import DnnvssError
 from dnnvss.export.graph import frame_streams
 from dnnvss.features import FeatureTable, phones_of
+from dnnvss.files import digest
 from dnnvss.systems import BlendedNetworks, Example, NetworkModel, VisualModel
 from dnnvss.systems.base import READABLE
 from dnnvss.systems.frame_network import FrameNetwork
 from dnnvss.systems.registry import declared, driven_by, make_system, null_systems, read_system, systems
-from dnnvss.training.checkpoints import load_checkpoint, save_arrays
+from dnnvss.training.checkpoints import load_checkpoint, save_arrays, save_checkpoint
 
 NAMES = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml") if p.stem != "auto")
+SOURCE: dict[str, object] = {"checkpoint": "none", "digest": "", "model": {"system": "kernel"}}
 SMALL = ["trainer.progress=false", "trainer.epochs=3", "trainer.figure_every=0", "trainer.batch_size=32",
          "trainer.accelerator=cpu", "trainer.utterances=1"]
 
@@ -32,6 +34,8 @@ def build(name: str, *given: str, table: FeatureTable = TABLE) -> VisualModel:
         config = compose("train", [f"model={name}", *SMALL, *given])
     settings: dict = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
     assert settings["name"] == name
+    if name == "adapted":
+        settings["sources"] = {"another": SOURCE}
     return make_system(name, settings, table, CLOCK)
 
 
@@ -98,6 +102,15 @@ def test_what_drives_a_system(name: str, blocks: tuple[str, ...], inputs: str) -
 
 def test_kinds_of_networks_are_found_by_name() -> None:
     assert declared(FrameNetwork, "kind")["feedforward"].__name__ == "FeedForward"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def source(examples: dict[str, list[Example]], tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A fitted system for those that learn from one."""
+    model = make_system("kernel", {}, TABLE, CLOCK)
+    model.fit(examples["val"], [], path := tmp_path_factory.mktemp("source"))
+    save_checkpoint(path / "model.pt", {"state": model.state()})
+    SOURCE.update(checkpoint=str(path / "model.pt"), digest=digest(path / "model.pt"))
 
 
 @pytest.fixture(scope="module", params=NAMES)
