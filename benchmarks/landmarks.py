@@ -1,9 +1,9 @@
 """Landmarks that the nets for everybody find, and that the talker's own search finds from them, beside given ones.
 
-    python benchmarks/landmarks.py RAW [--clips 40] [--refine 60] [--own 200] [--learn-from 60]
+    python benchmarks/landmarks.py RAW [--split val] [--clips 40] [--refine 60] [--own 200] [--learn-from 60]
 
 RAW is a folder as that of GRID (``video/*.mp4``, ``landmarks/*.npz`` with ``landmarks.json`` in the mesh's 146 points,
-``splits/train.txt`` and ``val.txt``). Clips of the validation split are measured: distance of lip points as found, and
+``splits/train.txt`` and ``val.txt``). Clips of a split are measured: distance of lip points as found, and
 after a constant offset of each point; correlation of the aperture; jitter (the third difference over time, as the
 standard deviation of white noise that would have it); pictures a second of one core, decoding included. With
 ``--refine`` so many frames of training clips are chosen, labelled by the nets alone, and learnt as a search model,
@@ -65,6 +65,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("raw", type=Path)
+    parser.add_argument("--split", default="val")
     parser.add_argument("--clips", type=int, default=40)
     parser.add_argument("--refine", type=int, default=0)
     parser.add_argument("--own", type=int, default=0)
@@ -72,7 +73,7 @@ def main() -> None:
     options = parser.parse_args()
     cv2.setNumThreads(1)
     landmarker = Landmarker(find_task())
-    clips = (options.raw / "splits" / "val.txt").read_text().split()[: options.clips]
+    clips = (options.raw / "splits" / f"{options.split}.txt").read_text().split()[: options.clips]
     print("  ".join(COLUMNS))
 
     def row(name: str, track: Track) -> None:

@@ -18,7 +18,7 @@ from dnnvss.timing import Alignment
 _SIDE, _ROOM = 260, 0.12  # pixels of a picture, and room around the points in their widths
 _LINE, _DOT = (94, 234, 212), (255, 214, 10)
 _WIDE, _HIGH, _TOP = 1000, 132, 22
-_CLOSED = ("lips", "eye")
+_GAP = 2.8
 
 
 def faces(sample: Sample, name: str, groups: Mapping[str, tuple[int, int]]) -> list[tuple[str, str, bool]]:
@@ -49,12 +49,22 @@ def _drawn(picture: np.ndarray, points: np.ndarray, groups: Mapping[str, tuple[i
     view = cv2.warpAffine(picture, np.array([[scale, 0, shift[0]], [0, scale, shift[1]]]), (_SIDE, _SIDE),
                           flags=cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC)
     at = np.round((points * scale + shift) * 16).astype(np.int32)
-    for name, (first, end) in groups.items():
-        cv2.polylines(view, [at[first:end].reshape(-1, 1, 2)], any(part in name for part in _CLOSED), _LINE, 1,
-                      cv2.LINE_AA, 4)
+    for first, end in groups.values():
+        for a, b in _strokes(points[first:end]):
+            cv2.line(view, at[first + a].tolist(), at[first + b].tolist(), _LINE, 1, cv2.LINE_AA, 4)
     for point in at:
         cv2.circle(view, (int(point[0]), int(point[1])), 18, _DOT, -1, cv2.LINE_AA, 4)
     return view
+
+
+def _strokes(points: np.ndarray) -> list[tuple[int, int]]:
+    """Neighbours of a group (N, 2) that a line joins, the last with the first where they are near.
+
+    A step of more than :data:`_GAP` usual ones leads to another line.
+    """
+    steps = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    usual = float(np.median(steps[:-1])) if len(points) > 1 else 0.0
+    return [(k, (k + 1) % len(points)) for k in np.flatnonzero(steps <= _GAP * usual).tolist() if len(points) > 1]
 
 
 def _small(picture: np.ndarray) -> np.ndarray:

@@ -33,7 +33,8 @@ def job(config: DictConfig) -> None:
     out = corpus.out
     if settings.look:
         if not importer.looks:
-            raise UsageError("look=true takes a look at recordings, and there are none here", remedy="Leave it out")
+            raise UsageError("there is no first look at this corpus",
+                             remedy="Leave look=true out; corpus=folder and corpus=grid have it")
         importer.call(out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend, "then": first_look})
         return
     files.make_folder(out.parent)

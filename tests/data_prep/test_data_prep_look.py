@@ -13,6 +13,7 @@ from data_prep import look, sample
 from data_prep.folder import prepare_folder
 from data_prep.headers import cut, header, spread
 from data_prep.look import first_look
+from data_prep.look_pictures import _strokes
 from data_prep.looked import said
 from data_prep.recipe import Recipe, Source
 from dnnvss.commands.prepare import main
@@ -108,7 +109,15 @@ def test_sounds_of_texts_are_counted_and_missing_triphones_told() -> None:
     assert unsaid(Coverage.of(Counter(), wanted), "en_us") == ([], count)
 
 
+def test_points_of_a_group_are_joined_where_they_are_near() -> None:
+    ring = np.array([[0.0, 0], [2, 0], [2, 2], [0, 2]])
+    assert _strokes(ring) == [(0, 1), (1, 2), (2, 3), (3, 0)]
+    assert _strokes(np.array([[0.0, 0], [1, 0], [2, 0], [3, 0]])) == [(0, 1), (1, 2), (2, 3)]
+    assert _strokes(np.array([[0.0, 0], [1, 0], [9, 0], [10, 0]])) == [(0, 1), (2, 3)]  # two lines in one group
+    assert _strokes(ring[:1]) == []
+
+
 def test_only_recordings_are_looked_at(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="there are none here"):
+    with pytest.raises(UsageError, match="no first look"):
         main([f"corpus.out={tmp_path / 'demo'}", "look=true"])
     assert not (tmp_path / "demo").exists()
