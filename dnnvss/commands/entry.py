@@ -14,6 +14,7 @@ COMMANDS = {
     "prepare": "a corpus from recordings: videos, their words and their landmarks",
     "train": "a system on a corpus: trains, evaluates the test split, writes a run folder",
     "speak": "text, a voice or phone times as a talking face, by a trained run",
+    "studio": "type or speak in the browser, watch, change and take away; a service for programs",
     "live": "a face that moves while somebody speaks, by a run of a network with a look-ahead",
     "compare": "finished runs in one table, with confidence intervals and a page",
     "outside": "a run judged from outside: one tracker over the talker's video and over ours",

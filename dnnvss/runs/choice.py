@@ -68,7 +68,7 @@ def best_run(runs: Path, given: frozenset[str]) -> tuple[Path, str]:
     Raises:
         DnnvssError: no run has ended, or none of them does with what is given.
     """
-    found = _finished(runs)
+    found = finished_runs(runs)
     able = [candidate for candidate in found if candidate.needs <= given]
     if not able:
         missing = " and ".join(sorted(found[0].needs - given - {"words"}))
@@ -90,7 +90,7 @@ def _among(same: list[Candidate], given: frozenset[str]) -> str:
     return "the last run that needs no text" if alone else "the last run"
 
 
-def _finished(runs: Path) -> list[Candidate]:
+def finished_runs(runs: Path) -> list[Candidate]:
     """The finished runs, the last one first; those that this version cannot read are left out.
 
     Raises:

@@ -6,6 +6,7 @@ from importlib.resources import files as package_files
 from pathlib import PurePath
 from typing import Any
 
+from dnnvss.errors import DnnvssError
 from dnnvss.pages import PALETTE, style
 
 _KINDS = {".html": "text/html; charset=utf-8", ".css": "text/css; charset=utf-8",
@@ -20,7 +21,7 @@ class Asked:
     Args:
         names: the parts of the path that the route names, decoded.
         query: what stands behind the question mark.
-        body: the value of the JSON sent, None where there is none.
+        body: the value of the JSON sent, None where there is none; the bytes where the route takes bytes.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
@@ -41,13 +42,27 @@ Handler = Callable[[Asked], Any]
 file; what is wrong with the request is a ``DnnvssError``, whose text the page is sent."""
 
 
+class BusyError(DnnvssError):
+    """A request that cannot be worked on now and may be sent again in a moment."""
+
+
 @dataclass(frozen=True)
 class Route:
-    """A method and a path such as ``/points/{image}``, and who handles them."""
+    """A method and a path such as ``/points/{image}``, and who handles them.
+
+    Args:
+        method: GET or POST.
+        path: parts in braces are named.
+        handler: what answers.
+        about: what it does, in half a sentence.
+        bytes_most: how many bytes it takes as they are; 0 where it takes JSON.
+    """
 
     method: str
     path: str
     handler: Handler
+    about: str = ""
+    bytes_most: int = 0
 
     def match(self, parts: Sequence[str]) -> dict[str, str] | None:
         """The named parts of a path, None where it is another one.

@@ -22,7 +22,7 @@ from aiohttp.http import RawRequestMessage
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.studio.bodies import read_body
-from dnnvss.studio.page import Asked, Content, Page
+from dnnvss.studio.page import Asked, BusyError, Content, Page, Route
 
 _HEADERS = {
     "Cache-Control": "no-store",
@@ -140,8 +140,8 @@ class Server:
 
     def _request(self, message: RawRequestMessage, payload: Any, protocol: Any, writer: Any, task: Any
                  ) -> web.BaseRequest:
-        return web.BaseRequest(message, payload, protocol, writer, task, protocol._loop,
-                               client_max_size=self.limits.body)
+        most = max(self.limits.body, *(route.bytes_most for route in self.page.routes), 0)
+        return web.BaseRequest(message, payload, protocol, writer, task, protocol._loop, client_max_size=most)
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         """Answer a request and wait until the client has taken the answer."""
@@ -150,6 +150,8 @@ class Server:
             response = await self._handled(request)
         except _Refused as refused:
             response = _error(refused.status, str(refused), refused.close, refused.headers)
+        except BusyError as error:
+            response = _error(503, str(error), headers={"Retry-After": "1"})
         except DnnvssError as error:
             response = _error(400, str(error))
         except OSError as error:
@@ -187,7 +189,7 @@ class Server:
         method = "GET" if request.method == "HEAD" else request.method
         for route, names in fitting:
             if route.method == method:
-                body = None if method == "GET" else await self._body(request)
+                body = None if method == "GET" else await self._body(request, route)
                 asked = Asked(names, dict(request.query), body)
                 return _response(await asyncio.to_thread(route.handler, asked))
         if fitting:
@@ -195,20 +197,22 @@ class Server:
             raise _Refused(405, f"{request.method} is not done here", close=True, Allow=allowed)
         raise _Refused(404, "there is no such page", close=request.method not in _READING)
 
-    async def _body(self, request: web.BaseRequest) -> Any:
-        """The JSON that was sent, once it is known how long it is."""
+    async def _body(self, request: web.BaseRequest, route: Route) -> Any:
+        """What was sent, once it is known how long it is: JSON, or the bytes where the route takes these."""
+        most = route.bytes_most or self.limits.body
         if request.content_length is None or "Transfer-Encoding" in request.headers:
             raise _Refused(411, "the length of what is sent has to be said", close=True)
-        if request.content_length > self.limits.body:
-            raise _Refused(413, f"more than {self.limits.body} bytes are not taken", close=True)
-        if request.content_type != "application/json":
-            raise _Refused(415, "only JSON is taken", close=True)
+        if request.content_length > most:
+            raise _Refused(413, f"more than {most} bytes are not taken", close=True)
+        kind = "application/octet-stream" if route.bytes_most else "application/json"
+        if request.content_type != kind:
+            raise _Refused(415, f"only {kind} is taken", close=True)
         try:
             async with asyncio.timeout(self.limits.sending):
                 body = await request.read()
         except TimeoutError:
             raise _Refused(408, "the rest was waited for too long", close=True) from None
-        return read_body(body)
+        return body if route.bytes_most else read_body(body)
 
 
 class _Connection(web.RequestHandler):

@@ -154,6 +154,23 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
     example = run.example(Utterance(request.id, plan.text, alignment), plan.sound.heard if plan.sound else None)
     if run.units:
         plan = replace(plan, alignment=plan.alignment.with_tier(example.alignment[TIER]))
+    return _moved(run, request, plan, example, stand_ins)
+
+
+def speak_again(spoken: Spoken, request: SpeakRequest) -> Spoken:
+    """The same words, times and sound in another style, with other keys, or shown otherwise.
+
+    Args:
+        spoken: what was said.
+        request: the same in all that the times and the sound depend on.
+
+    Raises:
+        DnnvssError: a request that cannot be met; the message says why.
+    """
+    return _moved(spoken.run, request, spoken.plan, spoken.example, spoken.stand_ins)
+
+
+def _moved(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_ins: Mapping[str, str]) -> Spoken:
     style = request.style if plan.phones else replace(request.style, closures=False, contacts=False, rest=False)
     movement = run.generator(example, style, request.keys, key_gauges(run), plan.tier)
     return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, request, plan, example, stand_ins),

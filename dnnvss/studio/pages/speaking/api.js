@@ -1,0 +1,15 @@
+// The service under the page: every call answers with what it gives, or throws what is wrong in words.
+
+async function checked(response) {
+  if (response.ok) return response;
+  let said = `the server answered ${response.status}`;
+  try { said = (await response.json()).error || said; } catch { /* no words came with it */ }
+  throw new Error(said);
+}
+
+export const get = async path => (await checked(await fetch(path))).json();
+export const bytes = async (path, signal) => (await checked(await fetch(path, {signal}))).arrayBuffer();
+export const post = async (path, body, signal) => (await checked(await fetch(path, {
+  method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(body), signal}))).json();
+export const send = async (path, data) => (await checked(await fetch(path, {
+  method: 'POST', headers: {'Content-Type': 'application/octet-stream'}, body: data}))).json();
