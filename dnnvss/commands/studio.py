@@ -22,7 +22,7 @@ def main(arguments: Sequence[str]) -> int:
     from dnnvss.studio.server import Server
     from dnnvss.studio.speaking import SpeakingDesk
 
-    desk = SpeakingDesk(options.runs, _styles())
+    desk = SpeakingDesk(options.runs, styles())
     try:
         with Server(desk.page(), options.port) as server:
             print(f"open {server.url} (Ctrl-C ends); the service is described at {server.url}v1/openapi.json",
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     return DONE
 
 
-def _styles() -> dict[str, StyleSettings]:
+def styles() -> dict[str, StyleSettings]:
     """Every style of ``conf/style`` by its name."""
     from dnnvss.commands.arguments import parse_arguments
     from dnnvss.commands.compose import compose

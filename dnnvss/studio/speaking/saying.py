@@ -9,9 +9,8 @@ from dnnvss.face.base import Face
 from dnnvss.settings import check_settings, setting
 from dnnvss.speech.engines.choice import ENGINES
 from dnnvss.style import Key, Style
-from dnnvss.style.generator import make_style
 from dnnvss.style.generation import Dials
-from dnnvss.style.generator import StyleSettings
+from dnnvss.style.generator import StyleSettings, make_style
 from dnnvss.synthesis.request import Recording, Scene, SpeakRequest
 from dnnvss.timing import Alignment, FrameClock
 
@@ -35,10 +34,8 @@ class KeyAsked:
 
     def key(self) -> Key:
         """The key; a missing bound is none."""
-        bounds = {"low": float("-inf") if self.low is None else self.low,
-                  "high": float("inf") if self.high is None else self.high}
-        return replace(Key(self.time, self.name, **bounds), end=self.end, softness=self.softness, phone=self.phone,
-                       index=self.index, position=self.position)
+        low, high = float("-inf") if self.low is None else self.low, float("inf") if self.high is None else self.high
+        return Key(self.time, self.name, low, high, self.end, self.softness, self.phone, self.index, self.position)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +85,8 @@ class Saying(Change):
     def __post_init__(self) -> None:
         super().__post_init__()
         if len(self.text) > LONGEST_TEXT:
-            raise DnnvssError(f"the text has {len(self.text)} signs", remedy=f"Say at most {LONGEST_TEXT}, or use synth.py")
+            raise DnnvssError(f"the text has {len(self.text)} signs",
+                              remedy=f"Say at most {LONGEST_TEXT}, or use synth.py")
 
     def request(self, face: Face, styles: Mapping[str, StyleSettings], recording: Recording | None) -> SpeakRequest:
         """The request for :func:`dnnvss.synthesis.speak.speak`.

@@ -1,4 +1,4 @@
-"""The built-in talker, made where there is no run yet: its corpus and a run of it, by the commands that anybody types."""
+"""The built-in talker, made where there is no run yet: its corpus and a run of it, by commands that anybody types."""
 
 import os
 import subprocess

@@ -18,9 +18,9 @@ import scipy.io.wavfile
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.curves import write_curves
-from dnnvss.style import write_keys
 from dnnvss.studio.speaking.command import command_line
 from dnnvss.studio.speaking.saying import Saying
+from dnnvss.style import write_keys
 from dnnvss.synthesis.outputs import write_spoken
 from dnnvss.synthesis.speak import Spoken
 
@@ -118,7 +118,7 @@ class Take:
         if words := self.saying.pronunciations:
             lines = [f"{word} {phones}" for word, phones in words.items()]
             made["words.txt"] = lambda path: files.write_text(path, "\n".join([*lines, ""]))
-        beside = {name: made["speech.mp4"] for name in ("speech.TextGrid", "speech.npz", "speech.json", "speech.png")}
+        beside = dict.fromkeys(("speech.TextGrid", "speech.npz", "speech.json", "speech.png"), made["speech.mp4"])
         heard = {"speech.wav": made["speech.mp4"]} if self.spoken.plan.sound else {}
         return {**made, **beside, **heard}
 

@@ -214,6 +214,7 @@ $('timeline').addEventListener('keydown', event => {
   const take = state.take, name = $('curve').value;
   if (!take) return;
   const step = {ArrowLeft: -1, ArrowRight: 1}[event.key], turn = {ArrowUp: 1, ArrowDown: -1}[event.key];
+  if (event.key !== ' ') player.pause();
   if (step) player.seek((player.frame(take.frames) + step + 0.5) / take.rate);
   else if (turn) {
     const near = state.keys.find(key => key.name === name && Math.abs(key.time - player.time) < 0.5 / take.rate);

@@ -1,0 +1,216 @@
+"""The studio with a run: the service by its routes, and the page in a real browser."""
+
+import http.client
+import io
+import json
+import shlex
+import shutil
+import zipfile
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from browser import CHROMIUM, Browser, open_browser
+from conftest import run_command
+
+from dnnvss.commands.studio import styles
+from dnnvss.media import read_video, video_info
+from dnnvss.studio.server import Server
+from dnnvss.studio.speaking import SpeakingDesk
+
+pytestmark = pytest.mark.slow
+
+
+@dataclass(frozen=True)
+class Client:
+    """A program that uses the service."""
+
+    server: Server
+
+    def ask(self, method: str, path: str, body: Any = None, kind: str = "application/json") -> tuple[int, bytes]:
+        data = body if isinstance(body, bytes | type(None)) else json.dumps(body).encode()
+        with closing(http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=60)) as connection:
+            connection.request(method, path, data, {"Content-Type": kind} if data is not None else {})
+            answer = connection.getresponse()
+            return answer.status, answer.read()
+
+    def json(self, method: str, path: str, body: Any = None) -> Any:
+        status, data = self.ask(method, path, body)
+        assert status == 200, data
+        return json.loads(data)
+
+
+@pytest.fixture(scope="module")
+def runs(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("studio")
+    shutil.copytree(demo, folder / "corpus")
+    assert run_command("train", "corpus=demo", f"corpus.out={folder / 'corpus'}", "model=phone_mean", "sample=false",
+                       f"runs={folder / 'runs'}") == 0
+    return folder / "runs"
+
+
+@pytest.fixture(scope="module")
+def client(runs: Path) -> Iterator[Client]:
+    desk = SpeakingDesk(runs, styles())
+    with Server(desk.page()) as server:
+        yield Client(server)
+    desk.close()
+
+
+@pytest.fixture
+def take(client: Client) -> Any:
+    run = client.json("GET", "/v1/runs")["runs"][0]["name"]
+    return client.json("POST", "/v1/speak", {"run": run, "text": "papa may move", "engine": "formant"})
+
+
+def pictures(data: bytes) -> list[np.ndarray]:
+    found, at = [], 0
+    while at < len(data):
+        length = int.from_bytes(data[at:at + 4], "little")
+        found.append(cv2.imdecode(np.frombuffer(data[at + 4:at + 4 + length], np.uint8), cv2.IMREAD_COLOR)[..., ::-1])
+        at += 4 + length
+    return found
+
+
+def test_pictures_are_those_of_the_video(client: Client, take: Any, tmp_path: Path) -> None:
+    status, data = client.ask("GET", f"/v1/takes/{take['id']}/pictures?first=5&count=7")
+    shown = pictures(data)
+    assert status == 200 and len(shown) == 7
+    (tmp_path / "speech.mp4").write_bytes(client.ask("GET", f"/v1/takes/{take['id']}/files/speech.mp4")[1])
+    film = read_video(tmp_path / "speech.mp4")
+    assert len(film) == take["frames"] and video_info(tmp_path / "speech.mp4").has_audio
+    for picture, frame in zip(shown, film[5:12], strict=True):
+        assert np.abs(picture.astype(float) - frame[:picture.shape[0], :picture.shape[1]]).mean() < 4
+
+
+def test_keys_are_held_and_the_rest_stays(client: Client, take: Any) -> None:
+    name = "aperture"
+    values = take["curves"][name]["values"]
+    middle = (len(values) // 2 + 0.5) / take["rate"]
+    goal = max(values) * 0.9
+    key = {"time": middle - 0.03, "end": middle + 0.03, "name": name, "low": goal, "high": goal}
+    changed = client.json("POST", f"/v1/takes/{take['id']}", {"keys": [key]})
+    assert changed["tiers"] == take["tiers"]
+    assert changed["curves"][name]["values"][len(values) // 2] == pytest.approx(goal, abs=0.3)
+    assert "import_keys=keys.csv" in changed["command"]
+
+
+def test_the_command_and_the_files_give_the_same_again(client: Client, take: Any, tmp_path: Path,
+                                                       monkeypatch: pytest.MonkeyPatch) -> None:
+    key = {"time": 0.5, "end": 0.6, "name": "aperture", "low": 1.0, "high": 1.0}
+    changed = client.json("POST", f"/v1/takes/{take['id']}", {"articulation": 1.3, "keys": [key]})
+    status, data = client.ask("GET", f"/v1/takes/{changed['id']}/files/all.zip")
+    assert status == 200
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        archive.extractall(tmp_path)
+    own = np.load(tmp_path / "speech.npz")["parameters"]
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(changed["command"])
+    assert words[:2] == ["python", "synth.py"]
+    assert run_command("speak", *words[2:], "out=again.mp4") == 0
+    np.testing.assert_allclose(np.load("again.npz")["parameters"], own, atol=1e-5)
+
+
+def test_a_voice_that_was_brought_is_followed(client: Client, take: Any) -> None:
+    _, wav = client.ask("GET", f"/v1/takes/{take['id']}/sound")
+    status, data = client.ask("POST", "/v1/sounds", wav, "application/octet-stream")
+    assert status == 200
+    sound = json.loads(data)
+    body = {"run": take["run"], "sound": sound["id"], "alignment": take["alignment"]}
+    again = client.json("POST", "/v1/speak", body)
+    assert again["frames"] == take["frames"]
+    status, data = client.ask("GET", f"/v1/takes/{take['id']}/files/speech.TextGrid")
+    status, data = client.ask("POST", "/v1/alignments/own.TextGrid", data, "application/octet-stream")
+    assert status == 200
+    assert json.loads(data)["phones"]["labels"] == take["alignment"]["phones"]["labels"]
+
+
+@pytest.mark.parametrize("path", ["/v1/takes/x", "/v1/takes/{id}/files/..%2F..%2Fmodel.pt", "/v1/takes/{id}/files/a",
+                                  "/v1/takes/{id}/pictures?first=-1", "/v1/takes/{id}/pictures?count=1000000",
+                                  "/v1/takes/{id}/pictures?first=99999", "/v1/takes/{id}/pictures?view=soul"])
+def test_what_there_is_not_is_refused(client: Client, take: Any, path: str) -> None:
+    status, data = client.ask("GET", path.replace("{id}", take["id"]))
+    assert status == 400 and b"error" in data and b"Traceback" not in data
+
+
+def test_runs_are_named_and_never_paths(client: Client, runs: Path) -> None:
+    for name in ("../corpus", str(runs), "", "runs\0"):
+        assert client.ask("POST", "/v1/speak", {"run": name, "text": "a"})[0] == 400
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Iterator[Browser]:
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    with open_browser(tmp_path / "profile") as found:
+        yield found
+
+
+def spoken(browser: Browser, client: Client) -> None:
+    browser.call("Page.navigate", url=client.server.url)
+    browser.wait("document.getElementById('run')?.options.length > 0")
+    browser.ask("document.getElementById('text').value = 'we may buy more'")
+    browser.ask("document.getElementById('speak').click()")
+    browser.wait("document.body.dataset.whole && document.getElementById('files').children.length")
+
+
+def face(browser: Browser) -> str:
+    return str(browser.ask("document.getElementById('face').toDataURL()"))
+
+
+def test_from_the_text_to_a_film_in_a_browser(browser: Browser, client: Client, tmp_path: Path) -> None:
+    spoken(browser, client)
+    browser.wait("parseFloat(document.getElementById('clock').textContent) > 0.2")
+    link = browser.ask("[...document.querySelectorAll('#files a')].find(a => a.download === 'speech.mp4').href")
+    length = browser.ask(f"fetch('{link}').then(r => r.arrayBuffer()).then(b => b.byteLength)")
+    assert length > 2000
+    assert browser.ask("document.getElementById('said').textContent") == ""
+    browser.screenshot(tmp_path / "page.png")
+
+
+def test_a_dragged_curve_changes_the_picture_and_undo_brings_it_back(browser: Browser, client: Client) -> None:
+    spoken(browser, client)
+    browser.ask("document.getElementById('play').textContent === 'Pause' && document.getElementById('play').click()")
+    left, top, width, height = browser.ask(
+        "(() => { const t = document.getElementById('timeline'); t.scrollIntoView(); const r = t.getBoundingClientRect(); "
+        "return [r.left, r.top, r.width, r.height]; })()")
+    whole = browser.ask("document.body.dataset.whole")
+    place = left + width / 2
+    browser.drag((place, top + 0.9 * height), (place, top + 0.5 * height))
+    browser.wait(f"document.body.dataset.whole !== '{whole}' && !document.getElementById('clear').disabled")
+    held = face(browser)
+    browser.ask("document.getElementById('undo').click()")
+    browser.wait("document.getElementById('clear').disabled")
+    time = browser.ask(f"document.getElementById('time').value = {(place - left) / width}; "
+                       "document.getElementById('time').dispatchEvent(new Event('input')); 1")
+    assert time == 1
+    browser.wait(f"document.getElementById('face').toDataURL() !== {json.dumps(held)}")
+
+
+def test_the_page_works_by_keyboard_and_on_a_narrow_screen(browser: Browser, client: Client) -> None:
+    browser.call("Emulation.setDeviceMetricsOverride", width=360, height=740, deviceScaleFactor=1, mobile=True)
+    spoken(browser, client)
+    assert browser.ask("document.documentElement.scrollWidth") <= 360
+    browser.ask("document.getElementById('timeline').focus()")
+    for key in ("ArrowRight", "ArrowRight", "ArrowUp"):
+        browser.key(key)
+    browser.wait("!document.getElementById('clear').disabled")
+    browser.key("Delete")
+    browser.wait("document.getElementById('clear').disabled")
+
+
+def test_hostile_words_are_shown_as_words(browser: Browser, client: Client) -> None:
+    browser.call("Page.navigate", url=client.server.url)
+    browser.wait("document.getElementById('run')?.options.length > 0")
+    browser.ask("document.getElementById('text').value = "
+                "'<img src=x onerror=document.title=1> we <script>may</script>'")
+    browser.ask("document.getElementById('speak').click()")
+    browser.wait("document.getElementById('files').children.length || "
+                 "document.getElementById('said').classList.contains('bad')")
+    assert browser.ask("document.title") == "dnnvss studio"
+    assert browser.ask("document.querySelectorAll('img').length") == 0
