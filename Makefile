@@ -1,4 +1,5 @@
 # make demo: environment, built-in corpus, training, evaluation, and a sentence spoken by the rendered face.
+# make studio: type or speak in the browser, watch and change; makes the built-in talker where there is no run yet.
 # make test: environment, linter, type checker, order of imports, tests.  make slow: the long tests.
 # make extras: what finds landmarks in plain video, and what labels=voice needs (75 MB of weights).
 # make fuzz: some thousand damaged files, each to end in an answer or in an error of ours, and 10,000 in any legal dress.
@@ -13,12 +14,15 @@ PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo test slow lint extras docs fuzz kills limits pairs audit clean
+.PHONY: demo studio test slow lint extras docs fuzz kills limits pairs audit clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
 	$(PY) train.py corpus=demo
 	$(PY) synth.py text="$(TEXT)" out=demo.mp4
+
+studio: $(READY)
+	$(PY) -m dnnvss studio
 
 test: lint
 	$(PY) -m pytest -n auto -m "not slow"

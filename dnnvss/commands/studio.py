@@ -6,6 +6,7 @@ Serves the finished runs in a folder. Where there is none yet, the page offers t
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from secrets import token_urlsafe
 
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE
@@ -18,15 +19,20 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("runs", nargs="?", type=Path, default=Path("runs"), metavar="RUNS",
                         help="a folder of run folders (runs)")
     parser.add_argument("--port", type=whole(0, 65535), default=8766, help="of 127.0.0.1; 0 takes a free one (8766)")
+    parser.add_argument("--host", default="127.0.0.1", help="the address to listen on (127.0.0.1); with another one "
+                        "other machines get in who bring the token, which is printed")
+    parser.add_argument("--name", action="append", default=[], help="a further name under which "
+                        "it is reached, with its port where that is not the usual one, such as face.example:8766")
     options = parser.read(arguments)
     from dnnvss.studio.server import Server
     from dnnvss.studio.speaking import SpeakingDesk
 
+    token = None if options.host == "127.0.0.1" else token_urlsafe(18)
     desk = SpeakingDesk(options.runs, styles())
     try:
-        with Server(desk.page(), options.port) as server:
-            print(f"open {server.url} (Ctrl-C ends); the service is described at {server.url}v1/openapi.json",
-                  flush=True)
+        with Server(desk.page(), options.port, options.host, token=token, names=options.name) as server:
+            print(f"open {server.url}{f'?token={token}' if token else ''} (Ctrl-C ends); the service is described at "
+                  f"{server.url}v1/openapi.json", flush=True)
             with suppress(KeyboardInterrupt):
                 server.wait()
     finally:

@@ -1,1 +1,1 @@
-"""One small server and its pages: labelling."""
+"""One small server and its pages: labelling, and speaking with the service under it."""

@@ -46,12 +46,17 @@ class BusyError(DnnvssError):
     """A request that cannot be worked on now and may be sent again in a moment."""
 
 
+STREAM = "STREAM"
+"""Stands for the method of a route that is a WebSocket."""
+
+
 @dataclass(frozen=True)
 class Route:
     """A method and a path such as ``/points/{image}``, and who handles them.
 
     Args:
-        method: GET or POST.
+        method: GET, POST, or STREAM for a WebSocket: the handler is given the first message, which is JSON, and what it
+            yields is sent, text or bytes, as fast as the client takes it; it is closed when the client leaves.
         path: parts in braces are named.
         handler: what answers.
         about: what it does, in half a sentence.

@@ -9,8 +9,10 @@ import json
 import logging
 import socket
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from hmac import compare_digest
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -22,7 +24,7 @@ from aiohttp.http import RawRequestMessage
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.studio.bodies import read_body
-from dnnvss.studio.page import Asked, BusyError, Content, Page, Route
+from dnnvss.studio.page import STREAM, Asked, BusyError, Content, Page, Route
 
 _HEADERS = {
     "Cache-Control": "no-store",
@@ -35,6 +37,7 @@ _HEADERS = {
 _READING = ("GET", "HEAD")
 """Methods that change nothing."""
 _BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+_COOKIE = "dnnvss"
 _LOG = logging.getLogger(__name__)
 
 
@@ -75,6 +78,8 @@ class Server:
         port: 0 takes a free one.
         host: the address to listen on; others than this machine's own let other machines in.
         limits: what a client may use up.
+        token: what every request has to bring, as ``Authorization: Bearer TOKEN`` or, once, as ``/?token=TOKEN``, which
+            leaves a cookie; None where this machine alone gets in.
         names: others by which it is reached, with their port where it is not the usual one: those of a proxy.
 
     Raises:
@@ -82,7 +87,7 @@ class Server:
     """
 
     def __init__(self, page: Page, port: int = 0, host: str = "127.0.0.1", limits: ServerLimits | None = None,
-                 names: Sequence[str] = ()) -> None:
+                 token: str | None = None, names: Sequence[str] = ()) -> None:
         self.page, self.limits, self._static = page, limits or ServerLimits(), page.static()
         remedy = "Give another one, or --port 0 for a free one"
         if not 0 <= port <= 65535:
@@ -92,7 +97,7 @@ class Server:
         except OSError as error:
             raise DnnvssError(f"port {port} cannot be used ({error.strerror or error})", remedy=remedy) from error
         self.port = int(self._socket.getsockname()[1])
-        self._host = host
+        self._host, self._token = host, token
         own = {host, "localhost"} if host == "127.0.0.1" else {host}
         self._names = {f"{name}:{self.port}" for name in own} | (own if self.port == 80 else set())
         self._origins = {f"http://{name}" for name in self._names}
@@ -147,6 +152,8 @@ class Server:
         """Answer a request and wait until the client has taken the answer."""
         try:
             self._check_origin(request)
+            if (route := self._streaming(request)) is not None:
+                return await self._stream(request, route)
             response = await self._handled(request)
         except _Refused as refused:
             response = _error(refused.status, str(refused), refused.close, refused.headers)
@@ -172,18 +179,68 @@ class Server:
         """Refuse what no page of this server sent: other names of this machine, and other pages in the browser."""
         if len(hosts := request.headers.getall("Host", [])) != 1 or hosts[0].lower() not in self._names:
             raise _Refused(403, "this page is for this machine alone", close=True)
-        if request.method in _READING:
-            return
+        self._check_token(request)
+        if request.method not in _READING:
+            self._check_sender(request)
+
+    def _check_token(self, request: web.BaseRequest) -> None:
+        """Refuse who does not bring the token, where there is one."""
+        brought = [request.headers.get("Authorization", "").removeprefix("Bearer "), request.cookies.get(_COOKIE, ""),
+                   request.query.get("token", "") if request.path == "/" else ""]
+        if self._token and not any(compare_digest(each.encode(), self._token.encode()) for each in brought):
+            raise _Refused(401, "the token is missing or wrong", close=True)
+
+    def _check_sender(self, request: web.BaseRequest) -> None:
+        """Refuse what another page in the browser sent."""
         origins = request.headers.getall("Origin", [])
         if any(origin.lower() not in self._origins for origin in origins):
             raise _Refused(403, "another page may not change anything here", close=True)
         if request.headers.get("Sec-Fetch-Site", "same-origin") not in ("same-origin", "none"):
             raise _Refused(403, "another page may not change anything here", close=True)
 
+    def _streaming(self, request: web.BaseRequest) -> Route | None:
+        """The route of a WebSocket, None for all that is none; pages of others may not open one."""
+        if request.headers.get("Upgrade", "").lower() != "websocket":
+            return None
+        self._check_sender(request)
+        path = request.rel_url.raw_path
+        found = next((route for route in self.page.routes if route.method == STREAM and route.path == path), None)
+        if found is None:
+            raise _Refused(404, "nothing streams here", close=True)
+        return found
+
+    async def _stream(self, request: web.BaseRequest, route: Route) -> web.StreamResponse:
+        """Read one message and send what the handler makes of it until it ends or the client leaves."""
+        socket = web.WebSocketResponse(max_msg_size=self.limits.body, heartbeat=self.limits.headers,
+                                       receive_timeout=self.limits.sending)
+        await socket.prepare(request)
+        made: Iterator[str | bytes] = iter(())
+        try:
+            asked = Asked(body=read_body((await socket.receive_str()).encode()))
+            made = iter(await asyncio.to_thread(route.handler, asked))
+            while not socket.closed and (part := await asyncio.to_thread(next, made, None)) is not None:
+                async with asyncio.timeout(self.limits.answering):
+                    await (socket.send_str(part) if isinstance(part, str) else socket.send_bytes(part))
+        except DnnvssError as error:
+            await _told(socket, str(error))
+        except (TypeError, TimeoutError, ConnectionError):  # no text came, or nobody takes what is sent
+            pass
+        except Exception:
+            _LOG.exception("a client streamed %s and this failed", request.path)
+            await _told(socket, "the server failed at this; the terminal in which it runs says more")
+        finally:
+            if hasattr(made, "close"):
+                made.close()
+            await socket.close()
+        return socket
+
     async def _handled(self, request: web.BaseRequest) -> web.StreamResponse:
         path = request.rel_url.raw_path
         if request.method in _READING and path in self._static:
-            return _response(self._static[path])
+            response = _response(self._static[path])
+            if self._token and request.query.get("token"):
+                response.set_cookie(_COOKIE, self._token, httponly=True, samesite="Strict")
+            return response
         parts = [unquote(part) for part in path.split("/")[1:]]
         fitting = [(route, names) for route in self.page.routes if (names := route.match(parts)) is not None]
         method = "GET" if request.method == "HEAD" else request.method
@@ -213,6 +270,12 @@ class Server:
         except TimeoutError:
             raise _Refused(408, "the rest was waited for too long", close=True) from None
         return body if route.bytes_most else read_body(body)
+
+
+async def _told(socket: web.WebSocketResponse, said: str) -> None:
+    """Say what is wrong, if somebody still listens."""
+    with suppress(ConnectionError, RuntimeError):
+        await socket.send_str(json.dumps({"error": said}))
 
 
 class _Connection(web.RequestHandler):

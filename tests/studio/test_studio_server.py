@@ -353,3 +353,22 @@ def test_a_port_that_is_taken_is_said(server: Server) -> None:
     for port, said in ((server.port, "Address already in use"), (70000, "0 to 65535")):
         with pytest.raises(DnnvssError, match=f"port {port} cannot be used .*{said}"):
             Server(Page("labelling", ()), port)
+
+
+def test_with_a_token_only_who_brings_it_gets_in(folder: Path) -> None:
+    page = Page("labelling", (Route("GET", "/sound", lambda asked: folder / "sound.wav"),))
+    with Server(page, limits=QUICK, token="secret") as server:
+        assert b" 401 " in head_of(server, "GET /sound HTTP/1.1")
+        assert b" 401 " in head_of(server, "GET /sound HTTP/1.1", "Authorization: Bearer other")
+        assert b" 200 " in head_of(server, "GET /sound HTTP/1.1", "Authorization: Bearer secret")
+        assert b" 401 " in head_of(server, "GET /?token=secre HTTP/1.1")
+        entered = raw(server, head(server, "GET /?token=secret HTTP/1.1"))
+        assert b" 200 " in entered.splitlines()[0]
+        cookie = re.search(rb"Set-Cookie: ([^;]+);", entered)
+        assert cookie is not None and b"HttpOnly" in entered and b"SameSite=Strict" in entered
+        assert b" 200 " in head_of(server, "GET /sound HTTP/1.1", f"Cookie: {cookie[1].decode()}")
+        assert b" 401 " in head_of(server, "GET /sound?token=secret HTTP/1.1")
+
+
+def head_of(server: Server, line: str, *headers: str) -> bytes:
+    return raw(server, head(server, line, *headers)).splitlines()[0] + b" "

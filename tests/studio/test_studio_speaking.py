@@ -1,5 +1,6 @@
 """The studio with a run: the service by its routes, and the page in a real browser."""
 
+import asyncio
 import http.client
 import io
 import json
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import aiohttp
 import cv2
 import numpy as np
 import pytest
@@ -138,6 +140,34 @@ def test_what_there_is_not_is_refused(client: Client, take: Any, path: str) -> N
     assert status == 400 and b"error" in data and b"Traceback" not in data
 
 
+def test_a_stream_has_every_picture_in_order(client: Client, take: Any) -> None:
+    texts, numbers, first = asyncio.run(streamed(client.server.port, {"run": take["run"], "text": "papa may move",
+                                                                      "engine": "formant"}))
+    told = json.loads(texts[0])
+    assert numbers == list(range(told["frames"]))
+    assert first == pictures_of(client, told["id"], 0)
+    texts, numbers, _ = asyncio.run(streamed(client.server.port, {"run": "none"}))
+    assert "no run" in json.loads(texts[0])["error"] and not numbers
+
+
+async def streamed(port: int, body: Any) -> tuple[list[str], list[int], bytes]:
+    texts, numbers, first = [], [], b""
+    async with (aiohttp.ClientSession() as session,
+                session.ws_connect(f"http://127.0.0.1:{port}/v1/stream") as socket):
+        await socket.send_str(json.dumps(body))
+        async for message in socket:
+            if message.type == aiohttp.WSMsgType.TEXT:
+                texts.append(message.data)
+            else:
+                numbers.append(int.from_bytes(message.data[:4], "little"))
+                first = first or message.data[4:]
+    return texts, numbers, first
+
+
+def pictures_of(client: Client, take: str, first: int) -> bytes:
+    return client.ask("GET", f"/v1/takes/{take}/pictures?first={first}&count=1")[1][4:]
+
+
 def test_runs_are_named_and_never_paths(client: Client, runs: Path) -> None:
     for name in ("../corpus", str(runs), "", "runs\0"):
         assert client.ask("POST", "/v1/speak", {"run": name, "text": "a"})[0] == 400
@@ -177,8 +207,8 @@ def test_a_dragged_curve_changes_the_picture_and_undo_brings_it_back(browser: Br
     spoken(browser, client)
     browser.ask("document.getElementById('play').textContent === 'Pause' && document.getElementById('play').click()")
     left, top, width, height = browser.ask(
-        "(() => { const t = document.getElementById('timeline'); t.scrollIntoView(); const r = t.getBoundingClientRect(); "
-        "return [r.left, r.top, r.width, r.height]; })()")
+        "(() => { const t = document.getElementById('timeline'); t.scrollIntoView(); "
+        "const r = t.getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()")
     whole = browser.ask("document.body.dataset.whole")
     place = left + width / 2
     browser.drag((place, top + 0.9 * height), (place, top + 0.5 * height))

@@ -1,10 +1,11 @@
 """What the page and the service do: runs, takes, uploads, and the routes to them."""
 
+import json
 import platform
 import tempfile
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
 from dnnvss.runs.choice import finished_runs
 from dnnvss.runs.run import Run
-from dnnvss.studio.page import Asked, Content, Page, Route
+from dnnvss.studio.page import STREAM, Asked, Content, Page, Route
 from dnnvss.studio.speaking.openapi import described
 from dnnvss.studio.speaking.saying import Change, Saying
 from dnnvss.studio.speaking.setup import Setup
@@ -59,6 +60,8 @@ class SpeakingDesk:
                   "pictures first=K count=N view=face as JPEG, each behind its length in four bytes"),
             Route("GET", "/v1/takes/{take}/sound", self.sound, "the sound as 16-bit WAV"),
             Route("GET", "/v1/takes/{take}/files/{file}", self.file, "a file to take away; the take names them"),
+            Route(STREAM, "/v1/stream", lambda asked: self.stream(asked.body), "says something, as speak; a WebSocket: "
+                  "first the take as JSON, then each picture as JPEG behind its number in four bytes"),
             Route("POST", "/v1/sounds", lambda asked: self._uploads.sound(asked.body),
                   "a recording in any common format; answers with its id", MOST_SENT),
             Route("POST", "/v1/alignments/{file}",
@@ -121,6 +124,16 @@ class SpeakingDesk:
             take = take.seen_as(view)
         with self._work.task("pictures"):
             return Content(take.pictures(first, count), "application/octet-stream")
+
+    def stream(self, body: Any) -> Iterator[str | bytes]:
+        """Say something; yield the take as JSON, then its pictures one by one."""
+        told = self.speak(body)
+        yield json.dumps(told, allow_nan=False)
+        take = self._shelf.get(told["id"])
+        for frame in range(take.frames):
+            with self._work.task("pictures"):
+                picture = take.pictures(frame, 1)
+            yield frame.to_bytes(4, "little") + picture[4:]
 
     def sound(self, asked: Asked) -> Content:
         """The sound of a take."""

@@ -8,7 +8,7 @@ from typing import Any, Union, get_args, get_origin
 
 from dnnvss import __version__
 from dnnvss.settings import Checks, type_hints
-from dnnvss.studio.page import Route
+from dnnvss.studio.page import STREAM, Route
 from dnnvss.studio.speaking.saying import Change, Saying
 
 _BODIES: dict[str, Any] = {"/v1/speak": Saying, "/v1/takes/{take}": Change}
@@ -20,7 +20,8 @@ def described(routes: Sequence[Route]) -> dict[str, Any]:
     """The service in OpenAPI 3.1."""
     paths: dict[str, dict[str, Any]] = {}
     for route in routes:
-        paths.setdefault(route.path, {})[route.method.lower()] = _operation(route)
+        method = "get" if route.method == STREAM else route.method.lower()
+        paths.setdefault(route.path, {})[method] = _operation(route)
     return {"openapi": "3.1.0", "info": {"title": "dnnvss", "version": __version__,
                                          "description": "A talking face out of text or a voice."}, "paths": paths}
 
