@@ -116,7 +116,8 @@ def generate(
                        fade=speech_weight(tier, clock, frames))
     reach = talker.reach.widened(style.widest) if style.within and talker.reach else None
     if reach:
-        x = reach.limited(x)
+        whole = x
+        x = in_passages(frames, lambda around: reach.limited(whole[around]))
     held = []
     own = Constraints.none(columns) if constraints is None else constraints
     for name, rule in LIP_RULES.items():

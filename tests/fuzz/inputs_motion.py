@@ -10,9 +10,14 @@ from face.mesh_cases import tetrahedron, write_obj
 from face.rig_cases import GROUPS, clips
 from formats.test_formats_motion import c3d, markers
 from formats.test_formats_timed_text import RECOGNISED, SRT, VTT
+from viewing_cases import design, plain, sheet_of, simulated
 
 from dnnvss import files
 from dnnvss.evaluation.outside.judged import MEASURES, ROWS, Judged
+from dnnvss.evaluation.viewing.analysis import analyse
+from dnnvss.evaluation.viewing.answers import answer_files, receive
+from dnnvss.evaluation.viewing.report import html_page, markdown
+from dnnvss.evaluation.viewing.sheet import Sheet
 from dnnvss.face.kinds import face_kind, load_face
 from dnnvss.face.mesh.gltf_read import read_gltf
 from dnnvss.face.mesh.gltf_write import write_glb
@@ -20,6 +25,7 @@ from dnnvss.face.mesh.obj import read_obj
 from dnnvss.face.rig.code import RigCode
 from dnnvss.face.rig.settings import RigSettings
 from dnnvss.formats import Curves, in_order, read_curves, read_markers, read_timed_text, write_curves, write_trc
+from dnnvss.studio.viewing import ViewingDesk
 
 Reader = tuple[Path, Callable[[Path], Any]]
 
@@ -27,7 +33,7 @@ Reader = tuple[Path, Callable[[Path], Any]]
 def motion(folder: Path) -> dict[str, Reader]:
     """Every kind by name."""
     return {**_tracked(folder / "motion"), **_meshes(folder / "meshes"), **_said(folder / "said"),
-            **_rig(folder / "rig"), **_judged(folder / "judged")}
+            **_rig(folder / "rig"), **_judged(folder / "judged"), **_viewed(folder / "viewed")}
 
 
 def _tracked(folder: Path) -> dict[str, Reader]:
@@ -93,3 +99,22 @@ def _judged(folder: Path) -> dict[str, Reader]:
     pairs = {row: dict.fromkeys(MEASURES, ((0.5, 1.0), (0.25, 2.0))) for row in ROWS}
     path = Judged(("a", "b"), "articulated", pairs).save(folder).with_suffix(".json")
     return {"judged": (path, lambda _: Judged.load(folder).markdown())}  # type: ignore[union-attr]
+
+
+def _viewed(folder: Path) -> dict[str, Reader]:
+    """A viewing test, an answer to it, and what viewers gave a run."""
+    found: dict[str, Reader] = {}
+    for kind in ("preference", "single"):
+        sheet = sheet_of(design(kind, sentences=6, per_viewer=6))
+        home = sheet.save(folder / kind).parent
+        even = {condition.name: 0.0 for condition in sheet.conditions}
+        answers = [files.write_json(home / "answers" / f"{n}.json", plain(simulated(sheet, n, even)))
+                   for n in range(7)]
+
+        def used(_: Path, home: Path = home) -> Any:
+            opened = Sheet.open(home)
+            result = analyse(opened, receive(opened, answer_files(home / "answers")))
+            return html_page(result), markdown(result), ViewingDesk(home).place({"viewer": "0" * 32}), opened.public()
+
+        found |= {f"viewing test {kind}": (home / "key.json", used), f"answer {kind}": (answers[3], used)}
+    return found

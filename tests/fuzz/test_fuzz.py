@@ -88,6 +88,10 @@ KINDS = (
     "rig face",
     "rig code",
     "judged",
+    "viewing test preference",
+    "answer preference",
+    "viewing test single",
+    "answer single",
 )
 
 

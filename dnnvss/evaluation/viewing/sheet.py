@@ -1,13 +1,16 @@
 """The sheet of a test, ``key.json``: what every stimulus is. Whoever has it knows what viewers must not."""
 
 import hashlib
+import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from dnnvss import files
-from dnnvss.records import read_record
+from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.viewing.design import Design
+from dnnvss.records import as_record, read_record
 from dnnvss.settings import setting
 
 KEY, PAGE, ANSWERS = "key.json", "page", "answers"
@@ -109,9 +112,25 @@ class Sheet:
         """The sheet in the folder of a test.
 
         Raises:
-            DnnvssError: there is none, or it is damaged.
+            DnnvssError: there is none, or it is damaged or of no test.
         """
-        return read_record(cls, folder / KEY, _REMEDY)
+        sheet = read_record(cls, folder / KEY, _REMEDY)
+        design = asdict(as_record(Design, sheet.design, folder / KEY, _REMEDY, "design"))
+        if fault := sheet.fault():
+            raise DnnvssError(fault, file=folder / KEY, remedy=_REMEDY)
+        return replace(sheet, design={**json.loads(files.json_text(design)), **sheet.design})
+
+    def fault(self) -> str | None:
+        """What names something in it that is not there, None where nothing does."""
+        known, count = {s.id for s in self.stimuli}, len(self.trials)
+        shown = all(s.condition < len(self.conditions) and s.sentence < len(self.sentences) for s in self.stimuli)
+        asked = all(t.stimuli and known.issuperset(t.stimuli) for t in self.trials)
+        if len(known) < len(self.stimuli) or not shown or not asked or len(self.words) != len(self.sentences):
+            return "names conditions, sentences or stimuli that are not in it"
+        handed = [number for row in (*self.lists, self.practice) for number in row]
+        if not self.lists or not all(self.lists) or any(not 0 <= number < count for number in handed):
+            return f"names trials that are not among its {count}, or hands out none"
+        return None
 
     def save(self, folder: Path) -> Path:
         """Write ``key.json`` and return its path."""
