@@ -16,6 +16,8 @@ Words = list[Timed | None]
 FAR, LATE, DRIFT = 3.0, 0.5, 0.002
 """Seconds beyond which a word is not the one that was meant; seconds, and share, from which it is told that times are
 late and that they drift."""
+LONG = 60.0
+"""Seconds of given times below which nothing is said of their drift."""
 _SHORT = 0.6
 """Seconds of speech that are not listed where the text has none."""
 _LINE = 300  # words by which the line is found
@@ -54,7 +56,7 @@ def off_line(words: Sequence[Timed | None], given: Sequence[tuple[float, float] 
     late = float(np.median(found - wanted))
     if abs(late) > LATE:
         notes.append(f"its times are {abs(late):.1f} s {'early' if late > 0 else 'late'} and were put right")
-    if abs(slope) > DRIFT:
+    if abs(slope) > DRIFT and np.ptp(wanted) > LONG:
         notes.append(f"its times drift by {100 * abs(slope):.1f} % against the sound and were put right")
     if far.any():
         notes.append(f"{int(far.sum())} words were heard more than {FAR:g} s from their times and were left out")

@@ -15,22 +15,23 @@ LONG, MANY = 60.0, 40
 def long_script(shelf: Shelf, name: str, video: Path | None) -> tuple[Path, str] | None:
     """The file that tells what is said in a recording that is to be cut, and why; None for a clip of one utterance.
 
-    It is cut where times of words or subtitles lie beside it and no transcript, and where it has a transcript
-    of more than 40 words and lasts longer than a minute.
+    It is cut where subtitles or a recogniser's words lie beside it and no transcript, and where it lasts longer than a
+    minute and has a transcript of more than 40 words, or a TextGrid of words alone.
     """
-    timed, transcript = _timed(shelf, name), shelf.get(name, ".txt")
     if video is None:
         return None
-    if transcript is None:
-        beside = shelf.get(name, ".lab") is None and timed is not None
-        return (timed, f"beside it lies {timed.name}") if timed is not None and beside else None
-    if len(_text(transcript).split()) <= MANY:
+    timed, transcript = _timed(shelf, name), shelf.get(name, ".txt", ".lab")
+    if transcript is None and timed is not None and timed.suffix.lower() != ".textgrid":
+        return timed, f"beside it lies {timed.name}"
+    words = len(_text(transcript).split()) if transcript is not None else 0
+    script = timed or transcript
+    if script is None or (transcript is not None and words <= MANY):
         return None
     try:
         seconds = seconds_of(video)
     except DnnvssError:
         return None  # what reads it will say why
-    return (timed or transcript, f"longer than {LONG:g} s") if seconds > LONG else None
+    return (script, f"longer than {LONG:g} s") if seconds > LONG else None
 
 
 def _timed(shelf: Shelf, name: str) -> Path | None:
