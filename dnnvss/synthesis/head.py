@@ -1,12 +1,14 @@
 """The packaged head, moved by a run's parameters: as weights of its shapes, and as pictures."""
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh import Head, packaged_head
 from dnnvss.face.mesh.fitting import Fitted, OnHead
+from dnnvss.face.mesh.tongue import speaking_head
 from dnnvss.face.rig import RigFace
 from dnnvss.render.solid import Solid, whole_head
 from dnnvss.runs.run import Run
@@ -35,8 +37,19 @@ def rig_curves(face: RigFace, parameters: np.ndarray) -> dict[str, np.ndarray]:
     return dict(zip(face.all_curves, face.curves(parameters).T, strict=True))
 
 
-def head_weights(run: Run, parameters: np.ndarray, head: Head) -> tuple[np.ndarray, Fitted | None]:
+def head_weights(
+    run: Run,
+    parameters: np.ndarray,
+    head: Head,
+    tongue: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> tuple[np.ndarray, Fitted | None]:
     """Weights (F, S) of a head's shapes for parameters (F, D), and how well they reach the points where it is a fit.
+
+    Args:
+        run: whose face moves.
+        parameters: of the face.
+        head: that is moved.
+        tongue: curves (F,) of shapes that no point of the face tells.
 
     Raises:
         DnnvssError: a rig whose curves are not the head's, or a face without lips.
@@ -44,6 +57,8 @@ def head_weights(run: Run, parameters: np.ndarray, head: Head) -> tuple[np.ndarr
     if isinstance(run.face, RigFace):
         return head.weights(rig_curves(run.face, parameters)), None
     fitted = on_head(run, head).fit(run.face.points(parameters))
+    for name, track in tongue.items():
+        fitted.weights[:, head.position(name)] = track
     return fitted.weights, fitted
 
 
@@ -54,18 +69,29 @@ def can_show_head(run: Run) -> bool:
     return "lips_outer" in run.face.contours
 
 
-def head_pictures(run: Run, parameters: np.ndarray, height: int) -> Iterator[np.ndarray]:
+def head_pictures(
+    run: Run,
+    parameters: np.ndarray,
+    height: int,
+    tongue: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> Iterator[np.ndarray]:
     """Yield the head's pictures, uint8 RGB (height, W_, 3), for each row of parameters (F, D).
+
+    Args:
+        run: whose face moves.
+        parameters: of the face.
+        height: of the pictures.
+        tongue: curves (F,) of the tongue.
 
     Raises:
         DnnvssError: this kind of face cannot move it.
     """
-    head = packaged_head()
+    head = speaking_head()
     if not can_show_head(run):
         raise DnnvssError(
             f"a face of the kind {run.face.kind} without lips or ARKit's curves moves no head",
             remedy="Take another view: render=face",
         )
-    weights, _ = head_weights(run, parameters, head)
+    weights, _ = head_weights(run, parameters, head, tongue)
     solid = Solid(head.mesh, whole_head(head.mesh, max(2, height // 2 * 2)), smooth=2)
     return (solid.picture(head.vertices(row)) for row in weights)

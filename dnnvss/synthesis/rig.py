@@ -1,7 +1,9 @@
 """What was spoken as a take for an animator's program: curves of ARKit, of visemes or in plain units."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -10,8 +12,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.export.take import Take
 from dnnvss.export.timecode import TimeCode
 from dnnvss.export.visemes import oculus_curves
-from dnnvss.face.mesh import packaged_head
 from dnnvss.face.mesh.fitting import Fitted
+from dnnvss.face.mesh.tongue import speaking_head, tongue_curves
 from dnnvss.face.rig import RigFace
 from dnnvss.render.plots import plot_panels
 from dnnvss.runs.run import Run
@@ -72,7 +74,9 @@ def spoken_take(spoken: Spoken, request: RigRequest) -> SpokenTake:
             )
         case "plain":
             return SpokenTake(replace(take, curves=plain_curves(spoken.run, shown)))
-    return arkit_take(spoken.run, shown, take)
+    phones = spoken.plan.phones
+    tongue = tongue_curves(phones, clock, len(shown)) if phones else {}
+    return arkit_take(spoken.run, shown, take, tongue)
 
 
 def plain_curves(run: Run, parameters: np.ndarray) -> dict[str, np.ndarray]:
@@ -85,19 +89,25 @@ def plain_curves(run: Run, parameters: np.ndarray) -> dict[str, np.ndarray]:
     return made
 
 
-def arkit_take(run: Run, parameters: np.ndarray, take: Take) -> SpokenTake:
+def arkit_take(
+    run: Run,
+    parameters: np.ndarray,
+    take: Take,
+    tongue: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> SpokenTake:
     """The curves of a rig themselves, or weights of the packaged head's shapes that reach the face's points.
 
     Args:
         run: whose face moves.
         parameters: (F, D).
         take: its clock and time code.
+        tongue: curves (F,) of the tongue, which no point tells.
     """
-    head = packaged_head()
+    head = speaking_head()
     if isinstance(run.face, RigFace):
         curves = rig_curves(run.face, parameters)
         return SpokenTake(replace(take, curves=curves, head=head if moves(head, curves) else None))
-    weights, fitted = head_weights(run, parameters, head)
+    weights, fitted = head_weights(run, parameters, head, tongue)
     assert fitted is not None
     curves = dict(zip(head.names, weights.T, strict=True))
     about = {

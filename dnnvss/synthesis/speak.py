@@ -68,7 +68,8 @@ class Spoken:
     @cached_property
     def stage(self) -> Stage:
         """Where the face is drawn."""
-        return open_stage(self.run, self.request.scene, len(self.movement) / float(self.clock.rate))
+        made = open_stage(self.run, self.request.scene, len(self.movement) / float(self.clock.rate))
+        return replace(made, phones=self.plan.phones)
 
     @cached_property
     def shown(self) -> np.ndarray:

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.face.mesh.tongue import tongue_curves
 from dnnvss.render import Footage, revoicer, walk
 from dnnvss.render.pictures import Pictures
 from dnnvss.runs.run import Run
 from dnnvss.synthesis.head import HEAD_VIEW, can_show_head, head_pictures
 from dnnvss.synthesis.request import Scene
-from dnnvss.timing import FrameClock
+from dnnvss.timing import FrameClock, Tier
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Stage:
         notes: what the report of a synthesis says about it.
         remarks: what the user is told about it.
         pixel: width of a pixel of the pictures over its height.
+        phones: what is said, where it is known; the tongue of the head follows them.
     """
 
     run: Run
@@ -37,6 +39,7 @@ class Stage:
     notes: dict[str, Any] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     pixel: Fraction = Fraction(1)
+    phones: Tier | None = None
 
     def __post_init__(self) -> None:
         known = (*self.pictures.views, *((HEAD_VIEW,) if can_show_head(self.run) else ()))
@@ -53,7 +56,8 @@ class Stage:
 
     def _view(self, name: str, parameters: np.ndarray) -> Iterator[np.ndarray]:
         if name == HEAD_VIEW:
-            return head_pictures(self.run, parameters, self.pictures.size[1])
+            tongue = tongue_curves(self.phones, self.clock, len(parameters)) if self.phones else {}
+            return head_pictures(self.run, parameters, self.pictures.size[1], tongue)
         return self.pictures.view(name, parameters)
 
 

@@ -52,8 +52,9 @@ _SCALE = 10_000
 
 _LIP_RINGS = {"lips_outer": 466, "lips_inner": 474}
 """A vertex in the middle of the upper lip, through which each ring runs."""
-_LIPS_END, _RIM, _NOSE = 520, 13353, 5054
-"""The ring behind which the mouth's inside begins; a vertex of the rim of the left eye's lids; the tip of the nose."""
+_LIPS_END, _RIM, _LID, _NOSE = 520, 13353, 6892, 5054
+"""The ring behind which the mouth's inside begins; a vertex of the rim of the left eye's lids, and one of the ring in
+which the lids end; the tip of the nose."""
 _LINES: dict[str, list[tuple[float, float]]] = {
     "nose_base": [
         (-0.172, 6.89),
@@ -165,6 +166,7 @@ def _curves(
     v = head.vertices
     rings = {name: _from_right(v, loops.ring(place[k])) for name, k in _LIP_RINGS.items()}
     rims = {"right_eye": _mirrored(v, skin, place[_RIM]), "left_eye": place[_RIM]}
+    rims |= {"right_lid": _mirrored(v, skin, place[_LID]), "left_lid": place[_LID]}
     rings |= {name: _from_right(v, loops.ring(k)) for name, k in rims.items()}
     front = np.unique(skin)[head.normals()[np.unique(skin), 2] > 0.05]
     lines = {name: near(v, front, line) for name, line in _LINES.items()}

@@ -9,8 +9,9 @@ from dnnvss.face.mesh.surface import Mesh
 
 _CENTRE, _ANGLES, _TURNED = (0.0, 6.95), 36, 0.35
 """The middle of the face, directions of its oval, and how much the skin still looks forward there."""
-_EARS, _BACK, _HAIR = 0.72, 0.75, 7.75
-"""Decimetres: width without ears, depth in front of which the oval lies, and height of the hair line."""
+_EARS, _BACK, _HAIR, _NEAR = 0.72, 0.75, 7.75, 0.5
+"""Decimetres: width without ears, depth in front of which the oval lies, height of the hair line, and how far from the
+middle it lies at least."""
 _SIDES, _PUPIL, _IRIS, _LIFT = 16, np.deg2rad(9), np.deg2rad(25), 1.02
 """Corners of a disc, half angles that pupil and iris fill of the eye, and their radius over the eye's."""
 
@@ -26,17 +27,13 @@ def face_oval(mesh: Mesh, skin: np.ndarray) -> list[int]:
     v, n = mesh.vertices[skin], mesh.normals()[skin]
     fit = (np.abs(v[:, 0]) < _EARS) & (v[:, 2] > _BACK) & (v[:, 1] < _HAIR) & (n[:, 2] > 0)
     away = v[:, :2] - _CENTRE
+    fit &= np.hypot(*away.T) > _NEAR
     outward = (n[:, :2] * away).sum(axis=1) > 0
     angle = np.arctan2(away[:, 0], away[:, 1])
     found = []
     for at in np.arange(_ANGLES) * 2 * np.pi / _ANGLES:
         turn = np.abs((angle - at + np.pi) % (2 * np.pi) - np.pi)
-        cost = (
-            np.abs(n[:, 2] - _TURNED)
-            + 3 * turn
-            + 10 * ~(fit & outward)
-            + 2 * np.maximum(0.4 - np.hypot(*away.T), 0)
-        )
+        cost = np.abs(n[:, 2] - _TURNED) + 3 * turn + 10 * ~(fit & outward)
         found.append(int(skin[cost.argmin()]))
     return list(dict.fromkeys(found))
 

@@ -1,0 +1,130 @@
+"""Takes read back: ours, those of the app, and what is damaged; and the command that plays them."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dnnvss.commands.rig import main
+from dnnvss.errors import DnnvssError
+from dnnvss.export.take import Take, write_take
+from dnnvss.export.take_read import at_rate, read_take
+from dnnvss.export.timecode import TimeCode
+from dnnvss.face.mesh import packaged_head
+from dnnvss.formats.curves import read_curves
+from dnnvss.media import video_info
+from dnnvss.timing import FrameClock
+
+DATA = Path(os.environ.get("DNNVSS_LIVE_LINK", "/work/shared/data/livelink/range_of_motion.csv"))
+
+
+@pytest.fixture
+def take() -> Take:
+    """Two seconds of a mouth that opens and closes."""
+    opened = 0.5 - 0.5 * np.cos(np.arange(60) / 6)
+    return Take(
+        {"jawOpen": opened, "eyeBlinkLeft": opened / 2}, FrameClock(30), TimeCode(1, 2, 3, 4)
+    )
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+def test_a_take_comes_back(tmp_path, take, suffix):
+    read = read_take(write_take(tmp_path / f"take.{suffix}", take))
+    own = {name.lower(): track for name, track in read.curves.items()}
+    for name, track in take.curves.items():
+        np.testing.assert_allclose(own[name.lower()], track, atol=1e-9)
+    assert read.clock == take.clock and read.start == take.start
+
+
+def test_another_rate_lies_on_the_lines_between(take):
+    slow = at_rate(take, FrameClock(15))
+    np.testing.assert_allclose(slow.curves["jawOpen"], take.curves["jawOpen"][::2], atol=1e-12)
+    fast = at_rate(take, FrameClock(60))
+    np.testing.assert_allclose(fast.curves["jawOpen"][1], take.curves["jawOpen"][:2].mean())
+
+
+def test_a_frame_that_was_dropped_is_filled_and_the_others_stay(tmp_path, take):
+    path = write_take(tmp_path / "take.csv", take)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:20] + lines[21:]) + "\n")
+    read = read_take(path)
+    kept = np.delete(np.arange(60), 19)
+    assert read.frames == 60
+    np.testing.assert_allclose(
+        read.curves["JawOpen"][kept], take.curves["jawOpen"][kept], atol=1e-9
+    )
+    np.testing.assert_allclose(
+        read.curves["JawOpen"][19], take.curves["jawOpen"][[18, 20]].mean(), atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", '{"format": "dnnvss-take", "version": 1}', "{", ""])
+def test_a_damaged_json_is_an_error_of_ours(tmp_path, text):
+    path = tmp_path / "take.json"
+    path.write_text(text)
+    with pytest.raises(DnnvssError):
+        read_take(path)
+
+
+def test_a_frame_that_lacks_a_curve_or_a_rate_beyond_all_is_told(tmp_path, take):
+    path = write_take(tmp_path / "take.json", take)
+    held = json.loads(path.read_text())
+    held["frames"][3] = [0.1]
+    path.write_text(json.dumps(held))
+    with pytest.raises(DnnvssError, match="lacks a curve"):
+        read_take(path)
+    with pytest.raises(DnnvssError, match="too many"):
+        at_rate(take, FrameClock(10_000_000))
+    with pytest.raises(DnnvssError, match=r"not read from \.fbx"):
+        read_take(tmp_path / "take.fbx")
+
+
+def test_a_table_without_times_needs_a_rate(tmp_path):
+    path = tmp_path / "plain.csv"
+    path.write_text("jawOpen,smile\n0.5,0\n0.25,1\n")
+    with pytest.raises(DnnvssError, match="has no times"):
+        read_take(path)
+    np.testing.assert_array_equal(read_take(path, FrameClock(25)).curves["jawOpen"], [0.5, 0.25])
+
+
+def test_the_command_plays_and_writes_a_take(tmp_path, take, capsys):
+    source = write_take(tmp_path / "take.json", at_rate(take, FrameClock(6)))
+    outs = [tmp_path / name for name in ("a.mp4", "a.glb", "a.json")]
+    assert main([str(source), "--height", "64", "--turn", "20", "--out", *map(str, outs)]) == 0
+    assert video_info(outs[0]).rate == 6 and all(path.is_file() for path in outs)
+    assert "from 01:02:03:" in capsys.readouterr().out
+    assert main(["--names"]) == 0 and "lips_outer01" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ([], "needs a take"),
+        (["x.csv", "--out", "a.fbx"], "cannot be written as"),
+        (["x.csv", "--out", "a.mp4", "--height", "3"], "no size"),
+    ],
+)
+def test_mistakes_on_the_command_line_are_told(words, told):
+    with pytest.raises(DnnvssError, match=told):
+        main(words)
+
+
+def test_curves_that_move_nothing_are_told(tmp_path, take):
+    source = write_take(tmp_path / "t.json", Take({"ctrl_12": np.zeros(3)}, take.clock))
+    with pytest.raises(DnnvssError, match="is a shape of the head"):
+        main([str(source), "--out", str(tmp_path / "a.glb")])
+
+
+def test_the_given_take_of_the_app_comes_back_and_moves_the_head(tmp_path):
+    if not DATA.is_file():
+        pytest.skip(f"no take of Live Link Face at {DATA} (DNNVSS_LIVE_LINK)")
+    given = read_curves(DATA)
+    back = read_curves(write_take(tmp_path / "back.csv", read_take(DATA)))
+    steps = np.diff(given.times) / np.median(np.diff(given.times))
+    at = np.concatenate([[0], np.cumsum(np.round(steps).astype(int))])
+    assert back.names == given.names
+    np.testing.assert_array_equal(back.values[at], given.values)
+    weights = packaged_head().weights(dict(zip(given.names, given.values.T, strict=True)))
+    assert weights.shape == (len(given.values), 52) and weights.max() > 0.5
