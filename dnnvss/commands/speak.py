@@ -60,7 +60,7 @@ def chosen_run(settings: SpeakSettings) -> Path:
     if not settings.run:
         spoken = SPOKEN if settings.text or settings.alignment or not settings.wav else frozenset()
         heard = HEARD if settings.wav or settings.speech.engine != "none" else frozenset()
-        folder, why = best_run(Path(settings.runs), spoken | heard)
+        folder, why = best_run(Path(settings.runs), spoken | heard, settings.talker)
     print(f"run: {folder}" + (f" ({why})" if why else ""))
     return folder
 

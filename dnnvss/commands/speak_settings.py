@@ -42,6 +42,7 @@ class SpeakSettings:
     style: StyleSettings
     run: str | None = setting(None, path=True)
     runs: str = setting("runs", path=True)
+    talker: str | None = setting(None)
     text: str | None = setting(None)
     wav: str | None = setting(None, path=True)
     alignment: str | None = setting(None, path=True)
@@ -106,6 +107,9 @@ def check_files(settings: SpeakSettings) -> None:
         path = getattr(settings, name)
         if (path or name == "out") and Path(path).suffix.lower() != ending:
             raise DnnvssError(f"{name}={path} does not end in {ending}", remedy=f"Name it so; {other}")
+    if settings.run and settings.talker:
+        raise DnnvssError(f"talker={settings.talker} chooses among runs, and run={settings.run} names one",
+                          remedy="Leave one of them out")
     for name in ("rate", "rig_rate"):
         clock = getattr(settings, name)
         if clock is not None and clock.rate > _MOST_FRAMES:

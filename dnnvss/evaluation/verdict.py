@@ -94,7 +94,7 @@ def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
     coverage = Coverage.of(heard, voice.triphones)
     prompts = tuple(next_prompts(coverage, voice.variant))
     seconds = speech(train)
-    lines = (_recorded(len(train), seconds, sources), _covered(coverage, voice.variant), _against(report, system),
+    lines = (_recorded(len(train), seconds, sources), _covered(coverage, voice), _against(report, system),
              _next(prompts), _expected(report.headline("model"), seconds))
     return Verdict(lines, prompts, coverage)
 
@@ -105,15 +105,20 @@ def _recorded(sentences: int, seconds: float, sources: Sequence[str]) -> str:
     return f"Trained on {sentences} sentences with {amount} of speech{others}."
 
 
-def _covered(coverage: Coverage, variant: str) -> str:
+def _covered(coverage: Coverage, voice: Voice) -> str:
     said = len(SPOKEN) - len(coverage.missing)
     never = ""
     if coverage.missing:
         named = ", ".join(f"{p} as in {EXAMPLES[p]}" for p in coverage.missing[:4])
         more = f" and {len(coverage.missing) - 4} more" if len(coverage.missing) > 4 else ""
-        never = f"; never heard: {named}{more}, for which the likest sound stands in"
+        lacking = set(coverage.missing) - set(voice.borrowed)
+        instead = "for which the likest sound stands in" if lacking else "which are borrowed from other talkers"
+        if lacking and voice.borrowed:
+            instead = "some of which are borrowed from other talkers; for the rest the likest sound stands in"
+        never = f"; never heard: {named}{more}, {instead}"
+    share = coverage.share(voice.variant)
     return (f"They hold {said} of the {len(SPOKEN)} sounds of English and {coverage.triphones} different triphones, "
-            f"and {coverage.share(variant):.0%} of the transitions from sound to sound in ordinary sentences{never}.")
+            f"and {share:.0%} of the transitions from sound to sound in ordinary sentences{never}.")
 
 
 def _against(report: Report, system: str) -> str:

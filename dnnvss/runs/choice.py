@@ -51,7 +51,7 @@ class Candidate:
         return f"labels={self.settings.labels_name} model={self.settings.model_name}"
 
 
-def best_run(runs: Path, given: frozenset[str]) -> tuple[Path, str]:
+def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tuple[Path, str]:
     """The run with the highest correlation on the test split among those that can be compared.
 
     These are the runs of the corpus, split and face of the run that ended last, as far as they
@@ -61,14 +61,15 @@ def best_run(runs: Path, given: frozenset[str]) -> tuple[Path, str]:
         runs: a folder of run folders.
         given: what there is of an utterance, some of ``phones``, ``words``, ``visemes`` and
             ``sound``.
+        talker: the corpus whose face is to speak; that of the run that ended last where None.
 
     Returns:
         Its folder, and why it was chosen.
 
     Raises:
-        DnnvssError: no run has ended, or none of them does with what is given.
+        DnnvssError: no run has ended, none is of the talker, or none of them does with what is given.
     """
-    found = finished_runs(runs)
+    found = _of(talker, finished_runs(runs), runs)
     able = [candidate for candidate in found if candidate.needs <= given]
     if not able:
         missing = " and ".join(sorted(found[0].needs - given - {"words"}))
@@ -81,6 +82,19 @@ def best_run(runs: Path, given: frozenset[str]) -> tuple[Path, str]:
     if len(found) == 1:
         return best.folder, ""
     return best.folder, f"{best.title}, correlation {best.headline:.3f} on the test split: {_among(same, given)}"
+
+
+def _of(talker: str | None, found: list[Candidate], runs: Path) -> list[Candidate]:
+    """The runs of a talker.
+
+    Raises:
+        DnnvssError: there is none.
+    """
+    names = [str(candidate.settings.corpus["name"]) for candidate in found]
+    if talker is not None and talker not in names:
+        raise DnnvssError(f"no finished run here is of talker={talker}", file=runs,
+                          remedy=f"Use one of {', '.join(sorted(set(names)))}, or train one: corpus.name={talker}")
+    return [candidate for candidate, name in zip(found, names, strict=True) if talker in (None, name)]
 
 
 def _among(same: list[Candidate], given: frozenset[str]) -> str:

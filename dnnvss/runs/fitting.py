@@ -16,6 +16,7 @@ from dnnvss.runs.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.folds import Examples, fold_count
 from dnnvss.runs.heard import Heard
+from dnnvss.runs.knowledge import source_files
 from dnnvss.runs.naming import check_begun, delete_run
 from dnnvss.runs.run import Run, make_model, provenance
 from dnnvss.runs.settings import RunSettings
@@ -180,5 +181,9 @@ def _keep_talker(material: Material, places: RunFiles) -> None:
     with files.replacing(places.face) as temporary:
         shutil.copyfile(encoded.folder / FACE, temporary)
     keep_ground(corpus, encoded, places.picture)
-    DurationModel.fit(train).save(places.durations)
-    Voice.of(train, corpus.info).save(places.voice)
+    durations, voice = DurationModel.fit(train), Voice.of(train, corpus.info)
+    for other in source_files(material.settings):
+        durations = durations.borrowing(DurationModel.load(other.durations))
+        voice = voice.borrowing(Voice.load(other.voice))
+    durations.save(places.durations)
+    voice.save(places.voice)

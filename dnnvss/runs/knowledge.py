@@ -53,6 +53,11 @@ def find_sources(settings: RunSettings) -> dict[str, dict[str, Any]]:
     return found
 
 
+def source_files(settings: RunSettings) -> list[RunFiles]:
+    """Where everything lies of the runs that the system of a run learns from."""
+    return [RunFiles(Path(own["checkpoint"]).parent) for own in settings.model.get("sources", {}).values()]
+
+
 def learnt(folder: Path) -> Path:
     """The file of what the system of a run or a bundle learnt, as weights.
 

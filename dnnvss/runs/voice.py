@@ -1,7 +1,7 @@
 """What a run knows of how its talker speaks: phones, pauses, triphones, variant of English, rate, credit."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from dnnvss import files
@@ -27,6 +27,7 @@ class Voice:
         rate: frames a second of the talker's video, as text.
         credit: the line to print wherever a picture of the talker is shown.
         triphones: contexts that the talker spoke.
+        borrowed: those of the phones that other talkers spoke alone, whose runs the system learnt from.
     """
 
     phones: tuple[str, ...]
@@ -35,6 +36,13 @@ class Voice:
     rate: str
     credit: str
     triphones: frozenset[str]
+    borrowed: tuple[str, ...] = ()
+
+    def borrowing(self, other: "Voice") -> "Voice":
+        """This voice with the phones that another talker spoke and this one did not."""
+        more = set(other.phones) - set(self.phones)
+        phones, borrowed = (tuple(sorted({*own, *more})) for own in (self.phones, self.borrowed))
+        return replace(self, phones=phones, borrowed=borrowed)
 
     @classmethod
     def of(cls, utterances: Sequence[Utterance], info: CorpusInfo) -> "Voice":
@@ -57,7 +65,8 @@ class Voice:
         """
         kept = read_record(_Kept, path, _REMEDY)
         FrameClock.from_setting(kept.rate, f"{path}: rate")
-        return cls(kept.phones, kept.pauses, kept.variant, kept.rate, kept.credit, frozenset(kept.triphones))
+        return cls(kept.phones, kept.pauses, kept.variant, kept.rate, kept.credit, frozenset(kept.triphones),
+                   kept.borrowed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,3 +79,4 @@ class _Kept:
     rate: str
     credit: str
     triphones: tuple[str, ...]
+    borrowed: tuple[str, ...] = setting((), choices=SPOKEN)

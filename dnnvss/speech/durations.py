@@ -84,6 +84,17 @@ class DurationModel:
         weights = _ridge(x, y, np.array(groups))
         return cls(columns, weights, _variances(contexts, y - x @ weights), _pauses(utterances))
 
+    def borrowing(self, other: "DurationModel") -> "DurationModel":
+        """This model with what another talker's adds for phones that this corpus lacks.
+
+        A phone's weight is what it adds to its class and context; these stay the talker's own.
+        """
+        theirs = dict(zip(other.columns, other.weights, strict=True))
+        lacking = [p for p in ARTICULATION if p in theirs and p not in self.columns]
+        return DurationModel((*self.columns, *lacking), np.array([*self.weights, *(theirs[p] for p in lacking)]),
+                             {**{p: other.variance[p] for p in lacking if p in other.variance}, **self.variance},
+                             self.pauses)
+
     def log_durations(self, alignment: Alignment, text: str) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and standard deviation (n,) of the log duration of each spoken phone, whatever its times are.
 

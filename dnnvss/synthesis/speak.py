@@ -125,6 +125,7 @@ class Spoken:
         if not self.plan.phones and (asked := [n for n in OF_PHONES if getattr(self.request.style, n)]):
             lines += [f"a voice alone tells no phones: style.{name} has no effect" for name in asked]
         lines += [f"the talker never spoke {p}: {other} stands in for it" for p, other in self.stand_ins.items()]
+        lines += [f"the talker never spoke {p}: it is borrowed from other talkers" for p in self._borrowed]
         lines += [f"dynamic visemes: {self.visemes}"] if self.visemes else []
         lines += [f"{why}: style.{name} has no effect" for name, why in unknown if getattr(self.request.style, name)]
         beyond = key_risks(self.request.keys, self.run.generator.talker.reach, self.run.face.names)
@@ -133,6 +134,11 @@ class Spoken:
         if (share := self.unfamiliar) is not None:
             lines += [f"the talker never spoke {share:.0%} of these triphones, so that single ones are not marked"]
         return (*lines, summary(self.risks, len(self.movement)))
+
+    @property
+    def _borrowed(self) -> list[str]:
+        """Phones of the utterance that other talkers spoke alone."""
+        return [p for p in self.run.voice.borrowed if self.plan.phones and p in self.example.alignment["phones"].labels]
 
     @property
     def unfamiliar(self) -> float | None:

@@ -50,14 +50,16 @@ def test_what_adds_most_is_recorded_next() -> None:
     assert gained == sorted(gained) and gained[0] > 0.05
 
 
-def judged(examples: dict[str, list[Example]], error: float, count: int) -> tuple[str, ...]:
+def judged(examples: dict[str, list[Example]], error: float, count: int,
+           borrowed: tuple[str, ...] = ()) -> tuple[str, ...]:
     rng, used = np.random.default_rng(0), examples["train"][:count]
     truth = {e.id: e.measured[0][:, 0].astype(float) for e in used}
     systems = {"model": {i: x + error * rng.normal(size=x.shape) for i, x in truth.items()},
                "phone mean": {i: x + 1.5 * rng.normal(size=x.shape) for i, x in truth.items()},
                "training mean": {i: np.zeros_like(x) for i, x in truth.items()}}
-    voice = Voice(("AA",), ("sil",), "en_us", "25", "", frozenset({"sil-AA+sil"}))
-    return verdict(evaluate(systems, truth), "kernel", examples["train"], voice).lines
+    voice = Voice(("AA",), ("sil",), "en_us", "25", "", frozenset({"sil-AA+sil"}), borrowed)
+    sources = ("grid",) if borrowed else ()
+    return verdict(evaluate(systems, truth), "kernel", examples["train"], voice, sources).lines
 
 
 def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]], tmp_path: Path) -> None:
@@ -69,3 +71,11 @@ def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]]
     assert "may be chance" in judged(examples, 1.5, 8)[2]
     few = judged(examples, 0.1, 4)[2]
     assert "4 are too few" in few and "(" not in few
+
+
+def test_the_verdict_says_what_others_lent(examples: dict[str, list[Example]]) -> None:
+    lines = judged(examples, 0.1, 8, SPOKEN)
+    assert lines[0].endswith("of speech, and on what runs of grid had learnt.")
+    assert "which are borrowed from other talkers" in lines[1] and "stands in" not in lines[1]
+    some = judged(examples, 0.1, 8, ("OY",))[1]
+    assert "some of which are borrowed from other talkers; for the rest the likest sound stands in" in some

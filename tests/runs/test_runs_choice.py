@@ -61,3 +61,11 @@ def test_no_run_is_told(tmp_path: Path) -> None:
     files.write_text(files.make_folder(tmp_path / "broken") / "metrics.json", "{}")
     with pytest.raises(DnnvssError, match=r"config\.yaml"):
         best_run(tmp_path, SPOKEN)
+
+
+def test_a_talker_is_chosen_by_name(tmp_path: Path) -> None:
+    finished(tmp_path, "ann", 0.8, 5, "corpus=folder", "corpus.name=ann", "corpus.raw=none", corpus="a")
+    finished(tmp_path, "bob", 0.9, 1, "corpus=folder", "corpus.name=bob", "corpus.raw=none", corpus="b")
+    assert best_run(tmp_path, SPOKEN)[0].name == "bob" and best_run(tmp_path, SPOKEN, "ann")[0].name == "ann"
+    with pytest.raises(DnnvssError, match=r"no finished run here is of talker=eve.*ann, bob"):
+        best_run(tmp_path, SPOKEN, "eve")

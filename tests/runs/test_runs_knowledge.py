@@ -13,9 +13,10 @@ from dnnvss.commands.train_settings import run_settings
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.choice import AutoSettings
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.knowledge import with_knowledge
+from dnnvss.runs.knowledge import source_files, with_knowledge
 from dnnvss.runs.naming import run_name
 from dnnvss.runs.settings import RunSettings
+from dnnvss.runs.voice import Voice
 from dnnvss.training.checkpoints import save_checkpoint
 
 
@@ -63,3 +64,15 @@ def test_a_run_that_has_not_ended_is_no_source(tmp_path: Path) -> None:
         with_knowledge(configured(f"knowledge={source}"))
     with pytest.raises(DnnvssError, match="no such file"):
         with_knowledge(configured("knowledge=nowhere"))
+
+
+def test_phones_are_borrowed_and_said_to_be() -> None:
+    own, other = (Voice(phones, ("sil",), "en_us", "25", "", frozenset({"a"})) for phones in (("AA", "B"), ("AA", "P")))
+    both = own.borrowing(other)
+    assert both.phones == ("AA", "B", "P") and both.borrowed == ("P",) and both.borrowing(other) == both
+    assert both.triphones == own.triphones and own.borrowing(own) == own
+
+
+def test_the_files_of_a_source_lie_beside_what_it_learnt(tmp_path: Path) -> None:
+    found = source_files(with_knowledge(configured("model=adapted", f"knowledge={run_of(tmp_path / 'a')}")))
+    assert [places.folder for places in found] == [tmp_path / "a"] and source_files(configured()) == []

@@ -143,3 +143,19 @@ def test_another_source_of_durations_is_followed_and_the_rate_still_counts(model
     lengths = [s.duration for s in normal["phones"] if s.label not in SILENCES]
     np.testing.assert_allclose(lengths, 0.12)
     np.testing.assert_allclose(fast.end, normal.end / 2)
+
+
+def test_phones_that_were_never_heard_last_as_others_say(model: DurationModel) -> None:
+    texts = [t for t in SENTENCES if "L" not in [p.rstrip("012") for w in parse(t).words for p in w.phones]]
+    few = DurationModel.fit([spoken(text, 100 + k) for k, text in enumerate(texts)])
+    both = few.borrowing(model)
+    assert "L" in both.columns and "L" not in few.columns
+    lacking = both.columns[len(few.columns) :]
+    for text, changed in ((SENTENCES[0], True), (texts[0], False)):
+        own = spoken(text, 7)
+        contexts, _ = spoken_contexts(own.alignment, text)
+        extra = [model.weights[model.columns.index(row[0])] if row[0] in lacking else 0.0 for row in contexts]
+        assert any(extra) == changed
+        logs = [m.log_durations(own.alignment, text)[0] for m in (few, both)]
+        np.testing.assert_allclose(logs[1], logs[0] + extra, atol=1e-12)
+    assert few.borrowing(few).columns == few.columns
