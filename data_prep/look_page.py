@@ -41,11 +41,11 @@ def _lead(look: Look, took: float) -> str:
 
 def _sums(look: Look) -> str:
     """The numbers that matter most, large."""
-    missing = len(look.coverage.missing)
+    sounds = f"{len(SPOKEN) - len(look.coverage.missing)} of {len(SPOKEN)}" if look.coverage.heard else "unknown"
     rows = [(f"{look.usable} of {len(look.sources)}", "recordings that can be used, as far as files tell"),
             (_duration(look.seconds), "they last"),
             (_duration(look.speech), "of speech with a face, by the sample"),
-            (f"{len(SPOKEN) - missing} of {len(SPOKEN)}", "sounds of English in the texts"),
+            (sounds, "sounds of English in the texts"),
             (_duration(sum(look.stages.values())) if look.stages else "unknown", "to prepare all of them")]
     return '<div class="sums">' + "".join(f"<div><b>{html.escape(v)}</b><span>{html.escape(t)}</span></div>"
                                           for v, t in rows) + "</div>"
@@ -116,6 +116,7 @@ def _recording(sample: Sample, name: str, text: str) -> str:
         parts.append(f'<div class="wave">{wave(sample, name)}</div>')
     parts = ['<div class="both">' + "".join(parts) + "</div>"] if len(parts) > 1 else parts
     cut = [f"only {PART:.0f} seconds of it, without their words: it is long"] if name in sample.cut else []
+    cut += ["its words are not known yet"] if name in sample.wordless - sample.cut else []
     told = [*outcome.reasons, *outcome.notes, *cut]
     if told:
         parts.append("<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in told) + "</ul>")
@@ -143,6 +144,8 @@ def _left_out(look: Look) -> str:
 def _sounds(look: Look) -> str:
     """Sounds and triphones of the texts, and what to record next."""
     coverage = look.coverage
+    if not coverage.heard:
+        return "<h2>Sounds in the texts</h2><p>No text is known yet.</p>"
     lacking, wanted = unsaid(coverage, look.variant)
     never = ", ".join(f"{p} as in {EXAMPLES[p]}" for p in coverage.missing) or "none"
     named = ", ".join(lacking[:_NAMED]) + (f" and {len(lacking) - _NAMED} more" if len(lacking) > _NAMED else "")

@@ -9,8 +9,11 @@ from data_prep.adapt import LEAST
 from data_prep.headers import Header
 from data_prep.recipe import Recipe, Source
 from data_prep.sample import Sample
+from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.media import SPEECH_RATE, Sound, read_audio
 from dnnvss.phones import SILENCE, SILENCES
+from dnnvss.speech.activity import SPEECH, voice_activity
 from dnnvss.text.coverage import Coverage
 from dnnvss.text.lexicon import pronunciations
 from dnnvss.timing import Alignment, FrameClock
@@ -65,7 +68,9 @@ class Look:
         """Seconds of speech with a face to learn from that the recordings will hold, as the sample does."""
         if self.sample is None:
             return 0.0
-        spoken = [_spoken(self.sample, name) for name in self.sample.timed]
+        outcomes = self.sample.run.outcomes
+        spoken = [_spoken(self.sample, name) for name in self.sample.made
+                  if outcomes[name].status != "dropped" and self.sample.made[name].get("audio")]
         said, whole = (sum(each) for each in zip(*spoken, strict=True)) if spoken else (0.0, 0.0)
         return self.seconds * self.kept * said / whole if whole else 0.0
 
@@ -113,8 +118,16 @@ def _spoken(sample: Sample, name: str) -> tuple[float, float]:
     clock = FrameClock(made["rate"])
     good = ~sample.bad[name] if name in sample.bad else None
     said = 0
-    for phone in Alignment.from_json(sample.timed[name]["alignment"])["phones"]:
-        if phone.label not in SILENCES:
-            first, end = clock.edge(phone.start), clock.edge(phone.end)
-            said += end - first if good is None else int(good[first:end].sum())
+    for start, end in _stretches(sample, name):
+        first, last = clock.edge(start), clock.edge(end)
+        said += last - first if good is None else int(good[first:last].sum())
     return clock.seconds(said), clock.seconds(made["frames"])
+
+
+def _stretches(sample: Sample, name: str) -> list[tuple[float, float]]:
+    """Start and end of speech in a recording: of its phones where they are known, else of what is loud."""
+    if name in sample.timed:
+        phones = Alignment.from_json(sample.timed[name]["alignment"])["phones"]
+        return [(p.start, p.end) for p in phones if p.label not in SILENCES]
+    samples = read_audio(files.inside(sample.run.shop.out, sample.made[name]["audio"]))
+    return [(s.start, s.end) for s in voice_activity(Sound(samples, SPEECH_RATE)) if s.label == SPEECH]

@@ -58,6 +58,11 @@ class Sample:
     before: float = 0.0
 
     @property
+    def wordless(self) -> set[str]:
+        """Ids of what is not aligned: parts, and recordings whose words are not known yet."""
+        return self.cut | {s.id for s in self.sources if not s.words and s.alignment is None}
+
+    @property
     def seconds(self) -> float:
         """Seconds of recording that were looked at."""
         return sum(m["frames"] / float(Fraction(m["rate"])) for m in self.made.values())
@@ -124,7 +129,7 @@ def _walk(sample: Sample) -> None:
         sample.bad = sample.step("checking", examined, run, sample.made, size)
     late = dict.fromkeys(sample.made, 0.0)
     sample.made = sounds(run, sample.made, late)
-    whole = replace(run, sources=[s for s in run.sources if s.id not in sample.cut])
+    whole = replace(run, sources=[s for s in run.sources if s.id not in sample.wordless])
     sample.timed = sample.step("aligning", aligned, whole, sample.made, late)
 
 

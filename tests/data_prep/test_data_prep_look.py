@@ -25,9 +25,10 @@ from dnnvss.text.coverage import Coverage, prompt_triphones, unsaid
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Five recordings of the built-in talker: one without words, and one whose landmarks are of another video."""
+    """Five recordings of the built-in talker, one of them without words."""
     raw = talker_folder(tmp_path_factory.mktemp("look"), 5, 80)
-    (raw / "demo_001.txt").unlink()
+    for suffix in (".txt", ".TextGrid"):
+        (raw / f"demo_001{suffix}").unlink()
     return raw
 
 
@@ -56,10 +57,19 @@ def test_what_cannot_be_prepared_still_has_a_page(recordings: Path, tmp_path: Pa
     named = tmp_path / "none.task"
     page = prepare_folder(raw, tmp_path / "out", landmarker=str(named), then=first_look).read_text()
     assert "none.task: no such file" in page and "Pictures below are without points" in page
-    for path in raw.glob("*.txt"):
+    for path in (*raw.glob("*.txt"), *raw.glob("*.TextGrid")):
         path.unlink()
     page = prepare_folder(raw, tmp_path / "out", landmarker=str(named), then=first_look).read_text()
     assert "0 of 5" in page and "The sample" not in page
+
+
+def test_words_that_are_yet_to_be_written_down_are_no_reason_to_drop(recordings: Path, tmp_path: Path) -> None:
+    raw = Path(shutil.copytree(recordings, tmp_path / "raw"))
+    for path in (*raw.glob("*.txt"), *raw.glob("*.TextGrid")):
+        path.unlink()
+    page = prepare_folder(raw, tmp_path / "out", transcribe=True, then=first_look).read_text()
+    assert "5 of 5" in page and "its words are not known yet" in page and "(dropped)" not in page
+    assert "No text is known yet" in page and "<b>0 s</b><span>of speech" not in page
 
 
 def test_of_a_long_recording_a_part_is_looked_at(recordings: Path, tmp_path: Path,
