@@ -20,12 +20,13 @@ def document(title: str, body: str, own: str = "", script: str = "") -> str:
         title: as text.
         body: what stands in its ``main``, as HTML.
         own: style that this page adds.
-        script: JavaScript behind the body.
+        script: JavaScript behind the body; a page without any lets none run, wherever it may come from.
     """
     sheet = style(PALETTE) + style("document.css") + own
     code = f"<script>\n{script}</script>\n" if script else ""
+    policy = "" if script else '<meta http-equiv="Content-Security-Policy" content="script-src \'none\'">\n'
     return ('<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f'{policy}<meta name="viewport" content="width=device-width, initial-scale=1">\n'
             f"<title>{html.escape(title)}</title>\n<style>\n{sheet}</style>\n</head>\n"
             f"<body>\n<main>\n{body}\n</main>\n{code}</body>\n</html>\n")
 

@@ -11,6 +11,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.answers import Answer, answer_files, check_answer, receive
 from dnnvss.evaluation.viewing.sheet import ANSWERS, PAGE, Sheet
+from dnnvss.pages import PALETTE
 from dnnvss.records import as_record
 from dnnvss.settings import setting
 from dnnvss.studio.page import Page, Route
@@ -24,7 +25,7 @@ _MOST = 10_000
 def write_page(folder: Path) -> Path:
     """Write the files of the page beside the stimuli of a test, and return the one to open."""
     for path, content in Page("viewing", ()).static().items():
-        if path != "/":
+        if path not in ("/", f"/{PALETTE}"):  # this page has greys of its own
             with files.replacing(folder / PAGE / path[1:]) as temporary:
                 temporary.write_bytes(content.body)
     return folder / PAGE / "index.html"
@@ -62,7 +63,7 @@ class ViewingDesk:
     def page(self) -> Page:
         """The page to serve."""
         return Page("viewing", (
-            Route("GET", "/test.js", lambda asked: self.folder / PAGE / "test.js"),
+            Route("GET", "/test.js", lambda asked: files.inside(self.folder / PAGE, "test.js")),
             Route("GET", "/stimuli/{name}", lambda asked: self.stimulus(asked.names["name"])),
             Route("POST", "/place", lambda asked: {"list": self.place(asked.body)}),
             Route("POST", "/answers", lambda asked: {"taken": self.take(asked.body)}),

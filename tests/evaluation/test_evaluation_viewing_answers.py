@@ -43,7 +43,7 @@ def test_every_design_is_laid_out_answered_and_analysed(name: str, tmp_path: Pat
         assert result.scores["smoothed"].high < 0
     written = write_report(result, tmp_path)
     page = written.page.read_text()
-    assert "<script" not in page and "default-src 'none'" in page and len(result.tables) >= 2
+    assert "<script" not in page and "script-src 'none'" in page and len(result.tables) >= 2
     assert json.loads(written.data.read_text())["scores"].keys() == result.scores.keys()
 
 

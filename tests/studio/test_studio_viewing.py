@@ -1,14 +1,19 @@
 """The page of viewing tests in a real browser: every design to its end, on a desktop and a phone, with a reload."""
 
+import json
+import urllib.error
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import CHROMIUM, Browser, open_browser
-from viewing_cases import design, sheet_of, write_test
+from viewing_cases import design, plain, sheet_of, simulated, write_test
 
+from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.answers import answer_files, receive
+from dnnvss.evaluation.viewing.sheet import Sheet
 from dnnvss.studio.server import Server
 from dnnvss.studio.viewing import ViewingDesk
 
@@ -123,6 +128,113 @@ def test_every_design_runs_to_its_end(name: str, phone: bool, browser: Browser, 
         assert answer.device.squares == (3, 4) and answer.questions == ("Yes", "")
         apart = [row.apart for row in answer.rows]
         assert all(a is not None and abs(a) <= 40 for a in apart), apart  # a frame at 25 a second
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small preference test on disk."""
+    sheet = sheet_of(design("preference", screen=False, checks=0, sentences=2, per_viewer=2))
+    return write_test(tmp_path_factory.mktemp("test"), sheet)
+
+
+@needs_browser
+def test_a_double_click_is_enough_and_the_answers_come_as_a_file(
+    folder: Path, browser: Browser, tmp_path: Path
+) -> None:
+    size(browser, False)
+    browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    browser.call("Page.navigate", url=f"{(folder / 'page' / 'index.html').as_uri()}?list=1")
+    browser.wait("document.readyState === 'complete' && typeof state === 'object'")
+    through(browser)
+    assert browser.ask("document.getElementById('sent').textContent").startswith("Please save your answers")
+    assert browser.ask("failed") == [] and not browser.ask("state.served")
+    click(browser, "#save")
+    for _ in range(100):
+        if found := list(tmp_path.glob("answers-*.json")):
+            break
+        browser.ask("new Promise(r => setTimeout(r, 50))")
+    received = receive(Sheet.open(folder), answer_files(tmp_path))
+    assert len(found) == 1 and [a.list for a in received.answers.values()] == [1] and received.refused == {}
+    click(browser, "#anew")
+    browser.wait("state.stage === 'welcome' && state.rows.length === 0")
+
+
+@needs_browser
+def test_a_phone_is_refused_where_the_test_says_so(folder: Path, browser: Browser) -> None:
+    size(browser, True)
+    with Server(ViewingDesk(folder).page()) as server:
+        browser.call("Page.navigate", url=server.url)
+        browser.wait("document.readyState === 'complete' && typeof state === 'object'")
+        assert browser.ask("document.getElementById('agree').disabled")
+        assert "larger screen" in browser.ask("document.getElementById('refusal').textContent")
+    size(browser, False)
+
+
+@needs_browser
+@pytest.mark.slow
+def test_the_headphone_check_counts_what_is_heard(browser: Browser, tmp_path: Path) -> None:
+    size(browser, False)
+    made = design("single", headphones=True, screen=False, practice=0, checks=0, sentences=1, per_viewer=1, each="once")
+    test = write_test(tmp_path, sheet_of(made))
+    with Server(ViewingDesk(test).page()) as server:
+        browser.call("Page.navigate", url=server.url)
+        browser.wait("document.readyState === 'complete' && typeof state === 'object'")
+        sections = through(browser)
+        browser.wait("state.sent")
+        tones = browser.ask("state.device.tones")
+    assert sections.count("headphones") == 6 and 0 <= tones <= 6
+    assert next(iter(receive(Sheet.open(test), answer_files(test / "answers")).answers.values())).device.tones == tones
+
+
+def test_the_server_gives_lists_and_takes_answers_of_its_page_alone(folder: Path) -> None:
+    desk = ViewingDesk(folder)
+    sheet = desk.sheet
+    with Server(desk.page(), names=["study.example.org"]) as server:
+        def ask(path: str, value: Any = None, **headers: str) -> tuple[int, Any]:
+            data = None if value is None else value if isinstance(value, bytes) else json.dumps(value).encode()
+            request = urllib.request.Request(server.url + path, data, {"Content-Type": "application/json", **headers})
+            try:
+                with urllib.request.urlopen(request, timeout=10) as answer:
+                    body = answer.read()
+                    return answer.status, json.loads(body) if body[:1] == b"{" else body
+            except urllib.error.HTTPError as error:
+                with error:
+                    return error.code, json.load(error)
+
+        stimulus = sheet.stimuli[0].id
+        assert ask("test.js")[1].startswith(b"const TEST = {") and ask(f"stimuli/{stimulus}.mp4")[1][4:8] == b"ftyp"
+        for path in ("stimuli/..%2F..%2Fkey.json", "stimuli/key.json", f"stimuli/{stimulus}"):
+            assert ask(path)[0] == 400
+        assert ask("key.json")[0] == ask("answers/x.json")[0] == 404
+        lists = [ask("place", {"viewer": f"{n:032x}"})[1]["list"] for n in range(5)]
+        assert sorted(lists[:2]) == [0, 1] and lists[0] == ask("place", {"viewer": f"{0:032x}"})[1]["list"]
+        assert max(map(lists.count, lists)) - min(map(lists.count, lists)) <= 1
+        for bad in ({"viewer": "../x"}, {"viewer": 3}, {}, [], "x", {"viewer": "a" * 32, "more": 1}):
+            assert ask("place", bad)[0] == 400
+        good = plain(simulated(sheet, 77, {"good": 1.0, "bad": 0.0}))
+        assert ask("answers", {**good, "rows": good["rows"][:1]})[0] == ask("answers", b"{")[0] == 400
+        assert ask("answers", b'{"a": "' + b"x" * 2_000_000 + b'"}')[0] == 413
+        name = f"{good['viewer']}.json"
+        assert ask("answers", good, Host="evil.example")[0] == 403
+        assert ask("answers", good, Origin="https://evil.example")[0] == 403
+        assert list((folder / "answers").iterdir()) == []
+        proxied = {"Host": "study.example.org", "Origin": "https://study.example.org"}
+        assert ask("answers", good, **proxied) == (200, {"taken": name}) == ask("answers", good)
+        assert "another answer" in ask("answers", {**good, "comment": "more"})[1]["error"]
+    assert ViewingDesk(folder).count == 1
+    (folder / "answers" / name).unlink()
+
+
+def test_a_damaged_key_is_refused_in_one_line(folder: Path, tmp_path: Path) -> None:
+    key = json.loads((folder / "key.json").read_text())
+    changes: list[dict[str, Any]] = [
+        {"design": {"kind": "evil"}}, {"trials": []}, {"lists": [[10 ** 9]]}, {"lists": []}, {"conditions": []},
+        {"stimuli": [{**key["stimuli"][0], "sentence": 99}]}, {"words": ["x"]}, {"more": 1},
+        {"trials": [{**t, "stimuli": ["../../secret"]} for t in key["trials"]]}]
+    for change in changes:
+        (tmp_path / "key.json").write_text(json.dumps({**key, **change}))
+        with pytest.raises(DnnvssError, match=r"key\.json"):
+            ViewingDesk(tmp_path)
 
 
 def _asked() -> tuple[Any, ...]:

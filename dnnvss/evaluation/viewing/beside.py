@@ -9,6 +9,7 @@ from scipy import stats
 
 from dnnvss import files
 from dnnvss.evaluation.comparison import Comparison
+from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.viewing.analysis import Analysis
 from dnnvss.evaluation.viewing.tables import Score, Table, interval, number, p_value
 from dnnvss.files import digest
@@ -88,8 +89,9 @@ def read_scores(folder: Path) -> tuple[Seen, ...]:
     return tuple(s for s in read_record(SeenBy, places.viewing, _REMEDY).tests if s.digest == own)
 
 
-def viewers_beside(result: Comparison, folders: Mapping[str, Path], styles: Mapping[str, Sequence[str]]) -> list[Table]:
-    """Viewers' scores of the systems of a comparison beside what was measured, a table for each test.
+def viewers_beside(result: Comparison, folders: Mapping[str, Path], styles: Mapping[str, Sequence[str]]
+                   ) -> list[Section]:
+    """Viewers' scores of the systems of a comparison beside what was measured, for each test.
 
     Args:
         result: of the comparison.
@@ -102,7 +104,8 @@ def viewers_beside(result: Comparison, folders: Mapping[str, Path], styles: Mapp
             row = name if seen.style == "plain" else f"{name}, {seen.style}"
             if row in result.pairs and (seen.style == "plain" or seen.style in styles.get(name, ())):
                 tests.setdefault(seen.test, {})[row] = seen
-    return [table for rows in tests.values() for table in _tables(result, rows)]
+    return [Section(table.title, " ".join(table.notes), table.head, table.rows)
+            for rows in tests.values() for table in _tables(result, rows)]
 
 
 def _tables(result: Comparison, rows: Mapping[str, Seen]) -> list[Table]:

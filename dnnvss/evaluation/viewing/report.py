@@ -3,9 +3,7 @@
 import html
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from importlib import resources
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
@@ -14,10 +12,16 @@ from dnnvss import files
 from dnnvss.evaluation.viewing.analysis import Analysis
 from dnnvss.evaluation.viewing.tables import Score, Table, interval
 from dnnvss.formats.tables import markdown_numbers
+from dnnvss.pages import document
 
 SHOWN = 200
 """Rows of a table, and lines of a list, that the page shows; the JSON has all."""
 _WIDTH, _LEFT, _ROW = 760, 200, 30
+_STYLE = """
+ul.warnings { border-left: 3px solid var(--bad); background: var(--wash); padding: 10px 12px 10px 32px; }
+svg { max-width: 760px; } svg .mark { stroke: var(--accent); fill: var(--accent); }
+thead th { white-space: normal; } .note { margin-top: 6px; }
+"""
 
 
 @dataclass(frozen=True)
@@ -79,12 +83,14 @@ def to_json(result: Analysis) -> dict[str, Any]:
 
 def html_page(result: Analysis) -> str:
     """The result as one page without a script; its policy lets none run."""
-    template = Template(resources.files("dnnvss.evaluation.viewing").joinpath("report.html").read_text("utf-8"))
+    title = result.sheet.design["title"]
     warnings = "".join(f"<li>{html.escape(w)}</li>" for w in result.warnings)
-    return template.substitute(
-        title=html.escape(result.sheet.design["title"]), lead=html.escape(lead(result)),
-        warnings=f'<ul class="warnings">{warnings}</ul>' if warnings else "", unit=html.escape(result.unit),
-        plot=plot(result.scores), tables="".join(map(_table, result.tables)), people=_people(result))
+    said = f'<ul class="warnings">{warnings}</ul>' if warnings else ""
+    body = (f'<h1>{html.escape(title)}</h1><p class="lead">{html.escape(lead(result))}</p>{said}'
+            f"<h2>Scores: {html.escape(result.unit)}</h2>{plot(result.scores)}"
+            '<p class="note">With the 95&nbsp;% interval over viewers.</p>'
+            f'{"".join(map(_table, result.tables))}<h2>Who answered</h2>{_people(result)}')
+    return document(title, body, _STYLE)
 
 
 def _table(table: Table) -> str:

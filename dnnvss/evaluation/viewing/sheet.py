@@ -124,7 +124,8 @@ class Sheet:
         """What names something in it that is not there, None where nothing does."""
         known, count = {s.id for s in self.stimuli}, len(self.trials)
         shown = all(s.condition < len(self.conditions) and s.sentence < len(self.sentences) for s in self.stimuli)
-        asked = all(t.stimuli and known.issuperset(t.stimuli) for t in self.trials)
+        count_shown = 2 if self.design.get("kind") in ("preference", "dscqs") else 1
+        asked = all(len(t.stimuli) == count_shown and known.issuperset(t.stimuli) for t in self.trials)
         if len(known) < len(self.stimuli) or not shown or not asked or len(self.words) != len(self.sentences):
             return "names conditions, sentences or stimuli that are not in it"
         handed = [number for row in (*self.lists, self.practice) for number in row]

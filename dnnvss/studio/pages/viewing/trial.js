@@ -125,6 +125,7 @@ class Trial {
     });
     $("plays").hidden = TEST.kind !== "dscqs";
     $("answer").replaceChildren();
+    $("answer").className = TEST.kind === "dscqs" ? "scales" : "";
     this.controls = [];
     if (TEST.kind === "preference") this.options(["left", "right", ...(TEST.tie ? ["tie"] : [])], TEST.labels, ["Left", "Right", "No difference"]);
     else if (TEST.kind === "turing") this.options(["real", "synthetic"], TEST.labels, ["Real", "Synthetic"]);
