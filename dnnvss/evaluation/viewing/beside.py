@@ -66,7 +66,7 @@ def leave_scores(result: Analysis) -> list[Path]:
         places = RunFiles(Path(condition.run or "."))
         if condition.shows != "run" or score is None or not places.model.is_file():
             continue
-        if digest(places.model)[:16] != condition.digest:
+        if files.digest(places.model)[:16] != condition.digest:
             continue
         low, high = (None if np.isnan(v) else v for v in (score.low, score.high))
         own = Seen(result.sheet.id, result.sheet.design["title"], result.unit, len(result.kept), condition.style,
@@ -85,7 +85,7 @@ def read_scores(folder: Path) -> tuple[Seen, ...]:
     places = RunFiles(folder)
     if not places.viewing.is_file() or not places.model.is_file():
         return ()
-    own = digest(places.model)[:16]
+    own = files.digest(places.model)[:16]
     return tuple(s for s in read_record(SeenBy, places.viewing, _REMEDY).tests if s.digest == own)
 
 

@@ -82,7 +82,7 @@ class Studio:
         changed = bool(condition.dials) or condition.smooth is not None
         style = "changed" if changed else run.settings.style.name if own else "plain"
         learnt = run.files.model if condition.shows == "run" else run.files.face
-        return Shown(condition.name, condition.shows, style, str(run.folder.resolve()), digest(learnt)[:16])
+        return Shown(condition.name, condition.shows, style, str(run.folder.resolve()), files.digest(learnt)[:16])
 
 
 @dataclass(frozen=True)
