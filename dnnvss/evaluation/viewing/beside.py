@@ -12,7 +12,6 @@ from dnnvss.evaluation.comparison import Comparison
 from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.viewing.analysis import Analysis
 from dnnvss.evaluation.viewing.tables import Score, Table, interval, number, p_value
-from dnnvss.files import digest
 from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
 from dnnvss.settings import setting

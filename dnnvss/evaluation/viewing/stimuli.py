@@ -21,7 +21,6 @@ from dnnvss.evaluation.viewing.material import Item
 from dnnvss.evaluation.viewing.sheet import Shown
 from dnnvss.evaluation.viewing.sounds import cut, in_noise
 from dnnvss.face.base import Textured
-from dnnvss.files import digest
 from dnnvss.media import SOUND_RATE, read_audio, write_video
 from dnnvss.render.pictures import Pictures
 from dnnvss.runs.run import Run
