@@ -4,7 +4,7 @@ Reads what is given, calls :func:`dnnvss.synthesis.speak.speak`, prints and writ
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,13 +41,29 @@ def synthesise(config: DictConfig) -> None:
     settings: SpeakSettings = numbered(typed_settings(COMMAND, config), job_number())
     check_files(settings)
     run = Run.open(chosen_run(settings))
-    spoken = speak(run, read_request(settings, run))
+    spoken = _spoken(settings, run)
     print("\n".join([*spoken.remarks, *spoken.stage.remarks]))
     exported = write_exports(settings, spoken)
     about = {"style": asdict(settings.style), "keys": settings.import_keys}
     keep = Path(settings.wav) if settings.wav else None
     written = write_spoken(spoken, Path(settings.out), about, keep, with_progress)
     print("wrote " + ", ".join(map(str, written + exported)))
+
+
+def _spoken(settings: SpeakSettings, run: Run) -> Spoken:
+    """What is said; where curves came back edited, once more with the keys that hold what was changed."""
+    request = read_request(settings, run)
+    spoken = speak(run, request)
+    if not settings.import_curves:
+        return spoken
+    from dnnvss.export.take_read import read_take
+    from dnnvss.synthesis.edits import keys_of_edits
+
+    edits = keys_of_edits(spoken, read_take(Path(settings.import_curves)), settings.easing / 1000)
+    print(f"{settings.import_curves}: {len(edits)} keys hold what was edited")
+    if settings.export_edits:
+        print(f"wrote {write_keys(settings.export_edits, edits)}")
+    return speak(run, replace(request, keys=(*request.keys, *edits)))
 
 
 def chosen_run(settings: SpeakSettings) -> Path:

@@ -16,8 +16,8 @@ from dnnvss.synthesis.outputs import SOUND, beside
 from dnnvss.synthesis.request import FILLS
 from dnnvss.timing import FrameClock
 
-_INPUTS = ("wav", "alignment", "import_keys", "overrides")
-_OUTPUTS = ("export_curves", "export_keys", "export_alignment", "export_rig", "export_visemes")
+_INPUTS = ("wav", "alignment", "import_keys", "import_curves", "overrides")
+_OUTPUTS = ("export_curves", "export_keys", "export_alignment", "export_rig", "export_visemes", "export_edits")
 _ENDINGS = {"out": (".mp4", "export_curves=FILE.csv writes numbers"),
             "export_curves": (".csv", "the trajectory's .npz is written beside the video")}
 """Settings that name a file of one kind, and where other kinds are to be had."""
@@ -63,6 +63,9 @@ class SpeakSettings:
     overrides: str | None = setting(None, path=True)
     import_keys: str | None = setting(None, path=True)
     export_keys: str | None = setting(None, path=True)
+    import_curves: str | None = setting(None, path=True)
+    easing: float = setting(80.0, least=0, most=2000)
+    export_edits: str | None = setting(None, path=True)
     export_rig: str | None = setting(None, path=True)
     rig_curves: str = setting("arkit", choices=CURVES)
     rig_rate: FrameClock | None = setting(None)
@@ -114,6 +117,8 @@ def check_files(settings: SpeakSettings) -> None:
         clock = getattr(settings, name)
         if clock is not None and clock.rate > _MOST_FRAMES:
             raise DnnvssError(f"{name}={clock.rate} is too much", remedy=f"Give {_MOST_FRAMES} at most")
+    if settings.export_edits and not settings.import_curves:
+        raise DnnvssError("export_edits needs curves that were edited", remedy="Give them as import_curves=FILE")
     if settings.export_rig:
         check_take_file(Path(settings.export_rig))
     if settings.export_visemes:

@@ -57,7 +57,7 @@ def read_curves(path: str | Path) -> Curves:
     names = [name or f"column {i + 1}" for i, name in enumerate(lines[0][1])]
     low = [name.lower().replace(" ", "") for name in names]
     stamp = next((i for i, name in enumerate(low) if name == _TIMECODE or name in _TIMES), None)
-    aside = {i for i, name in enumerate(low) if name in (_COUNT, *_FRAMES)} | ({stamp} - {None})
+    aside = {i for i, name in enumerate(low) if name in (_COUNT, _TIMECODE, *_TIMES, *_FRAMES)}
     kept = [i for i in range(len(names)) if i not in aside]
     check_names(path, [names[i] for i in kept])
     rows = [checked_row(path, line, row, len(names)) for line, row in lines[1:]]

@@ -10,7 +10,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.lips import lip_pairs
 from dnnvss.face.mesh.head import Head
 from dnnvss.face.mesh.places import Places, match_contours
-from dnnvss.face.mesh.warp import Warp, fit_warp
+from dnnvss.face.mesh.warp import Warp, fit_warp, slopes
 from dnnvss.face.mesh.weights import FitSettings, Told, fit_weights, what_is_told
 
 _FLIP = np.array([1, -1, 1])
@@ -150,6 +150,12 @@ class OnHead:
             return np.asarray(own)
         depth = np.broadcast_to(self._at_rest[:, 2:], (*own.shape[:-1], 1))
         return np.concatenate([own, depth], axis=-1)
+
+    def in_face(self, moved: np.ndarray) -> np.ndarray:
+        """Small movement of the places (n, 3) on the head as movement (n, 2 or 3) of the face's points at rest."""
+        turns = slopes(self.warp, self._lifted(self.neutral))
+        own = np.linalg.solve(turns + 1e-9 * np.eye(3), moved[..., None])[..., 0]
+        return np.asarray(own[:, : self.axes] * self._flip / self._scale)
 
     @cached_property
     def warp(self) -> Warp:

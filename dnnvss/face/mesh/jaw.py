@@ -11,13 +11,13 @@ import numpy as np
 from dnnvss.face.mesh.head import packaged_head
 from dnnvss.face.mesh.net import packaged_net
 from dnnvss.face.mesh.surface import Mesh
-from dnnvss.face.mesh.warp import Warp
+from dnnvss.face.mesh.warp import Warp, slopes
 
 CARRIED = ("lower_teeth", "tongue")
 """Parts that the jaw carries."""
 _SHAPES = ("jawOpen", "jawForward", "jawLeft")
-_CHIN, _STEP = 3, 1e-3
-"""Control points of the chin, the lowest of the face's oval; metres of a step by which slopes of the warp are taken."""
+_CHIN = 3
+"""Control points of the chin, the lowest of the face's oval."""
 
 
 @dataclass(frozen=True)
@@ -70,13 +70,4 @@ def jaw_of(mesh: Mesh, points: np.ndarray, there: Warp, back: Warp) -> Jaw:
     moves = np.einsum("nij,snj->sni", slopes(there, own), moved)
     return Jaw(
         chin, points[chin].mean(axis=0), np.linalg.pinv((told @ to_mesh.T).T), carried, moves
-    )
-
-
-def slopes(warp: Warp, at: np.ndarray) -> np.ndarray:
-    """How a warp turns and stretches space at places (n, 3): matrices (n, 3, 3)."""
-    if not len(at):
-        return np.zeros((0, 3, 3))
-    return np.stack(
-        [(warp(at + step) - warp(at - step)) / (2 * _STEP) for step in _STEP * np.eye(3)], axis=2
     )

@@ -16,6 +16,8 @@ KERNELS = ("linear", "inverse_multiquadric", "thin_plate_spline", "cubic")
 _SAME = 1e-7
 """Share of the size of the points within which two of them are one."""
 _DEGREE = 1
+_STEP = 1e-3
+"""Of a step by which slopes are taken, in the source's unit."""
 
 
 @dataclass(frozen=True)
@@ -74,3 +76,12 @@ def _merged(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndar
     count = np.bincount(of)[:, None]
     goal = np.stack([np.bincount(of, weights=column) for column in target.T], axis=1) / count
     return source[first], goal
+
+
+def slopes(warp: Warp, at: np.ndarray) -> np.ndarray:
+    """How a warp turns and stretches space at places (n, 3): matrices (n, 3, 3)."""
+    if not len(at):
+        return np.zeros((0, 3, 3))
+    return np.stack(
+        [(warp(at + step) - warp(at - step)) / (2 * _STEP) for step in _STEP * np.eye(3)], axis=2
+    )
