@@ -239,10 +239,8 @@ def _source(name: str, work: _Work, words: tuple[int, int], clip: Mapping[str, A
             marks: tuple[Path, ...]) -> Source:
     if "dropped" in clip:
         return Source(name, video=work.video, problem=clip["dropped"])
-    timed = [w for w in work.words[slice(*words)] if w is not None]
-    bounds = tuple((max(w.start - clip["start"], 0.0), max(w.end - clip["start"], 0.0)) for w in timed)
     spoken = tuple(work.script.words[slice(*words)])
-    return Source(name, work.script.text(*words), spoken, out / clip["clip"], marks, bounds,
+    return Source(name, work.script.text(*words), spoken, out / clip["clip"], marks,
                   guessed=work.recording.guessed)
 
 

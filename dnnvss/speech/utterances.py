@@ -10,8 +10,9 @@ SENTENCE, ANYWHERE, SHORTEST = 0.2, 0.6, 0.1
 """Seconds of a pause that parts utterances: where a sentence ends, anywhere, and where one is too long."""
 LONGEST = 12.0
 """Seconds from which an utterance is parted at its longest pause."""
-AROUND, SURE = 0.3, 0.1
-"""Seconds of silence that are kept around an utterance at most, and in any case."""
+AROUND, WITHIN, CLOSED = 0.3, 0.5, 0.06
+"""Seconds of silence that are kept around an utterance at most, by which its edge may lie within what is loud (aligners
+find weak sounds late), and of silence within a sound of speech."""
 _HOP = 0.01
 
 
@@ -74,15 +75,19 @@ def edges(first: Timed, last: Timed, active: np.ndarray, before: float, behind: 
         active: (n,) bool, whether each 10 ms of the recording is louder than silence.
         before, behind: the end of the word before it and the start of the word behind it, in seconds.
     """
-    start = max(first.start - _silent(active, first.start, -1), (before + first.start) / 2)
-    end = min(last.end + _silent(active, last.end, 1), (last.end + behind) / 2)
+    start = max(first.start - _room(active, first.start, -1), (before + first.start) / 2)
+    end = min(last.end + _room(active, last.end, 1), (last.end + behind) / 2)
     return start, end
 
 
-def _silent(active: np.ndarray, edge: float, way: int) -> float:
-    """Seconds of silence from an edge on, one way, as far as they are kept."""
-    places = round(edge / _HOP) - (way < 0) + way * np.arange(round(AROUND / _HOP))
-    places = places[(places >= 0) & (places < len(active))]
-    sure = round(SURE / _HOP)
-    loud = np.flatnonzero(active[places[sure:]])
-    return (sure + int(loud[0]) if len(loud) else len(places)) * _HOP
+def _room(active: np.ndarray, edge: float, way: int) -> float:
+    """Seconds from an edge on, one way, to the end of what is loud there and of the silence that is kept behind it."""
+    most, gap = round(AROUND / _HOP), round(CLOSED / _HOP)
+    places = round(edge / _HOP) - (way < 0) + way * np.arange(round(WITHIN / _HOP) + most)
+    loud = active[places[(places >= 0) & (places < len(active))]]
+    reach, k = 0, 0
+    while k < min(len(loud), round(WITHIN / _HOP)) and k - reach < gap:
+        k += 1
+        reach = k if loud[k - 1] else reach
+    behind = np.flatnonzero(loud[reach : reach + most])
+    return float((reach + (int(behind[0]) if len(behind) else min(most, len(loud) - reach))) * _HOP)

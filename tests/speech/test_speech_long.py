@@ -112,6 +112,7 @@ def test_what_is_kept_around_an_utterance_ends_before_a_breath() -> None:
     first, last = Timed(1.0, 1.4, 0), Timed(1.5, 2.0, 0)
     assert edges(first, last, loud, 0.0, 4.0) == pytest.approx((0.7, 2.22))
     assert edges(first, last, loud, 0.9, 2.1) == pytest.approx((0.95, 2.05))
+    assert edges(first._replace(start=1.2), last._replace(end=1.9), loud, 0.0, 4.0) == pytest.approx((0.7, 2.22))
 
 
 def test_pauses_are_told_from_noise_that_rises_for_a_moment() -> None:

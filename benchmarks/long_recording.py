@@ -1,0 +1,180 @@
+"""Sentences cut out of one long recording, beside the same sentences as clips of their own.
+
+    python benchmarks/long_recording.py GRID CORPUS WORK [--clips 900] [--texts txt srt] [--jobs 2]
+
+Clips of GRID are joined to one file, pictures copied and sound laid in its place, with their landmarks, and with one
+transcript in a single piece without a full stop, or with subtitles. It is prepared as ``corpus=folder`` prepares it.
+Printed are the sentences that are found whole, and how far their speech begins and ends from where it does in a
+prepared corpus of the separate clips, whose sounds are laid on the recording by correlation; the minutes that took; and
+the most memory that the command and its workers held together.
+
+GRID is the folder of the recordings (``video``, ``align``, ``landmarks``), CORPUS the prepared corpus, WORK a folder to
+work in; what is there already is gone on with.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+import av
+import numpy as np
+
+from dnnvss import files
+from dnnvss.corpus import Corpus
+from dnnvss.formats import Cue, read_grid_align, write_srt
+from dnnvss.media import SPEECH_RATE, opened, read_audio, timed_audio
+from dnnvss.media.storing import stretch
+from dnnvss.media.writing import SoundTrack
+
+RATE = 44100
+CLOSE = 0.1
+REACH = 0.2
+"""Seconds: an edge that is as near is right; by which the sound of a clip may have been moved."""
+
+
+class Sentence(NamedTuple):
+    """A clip in the recording: its id, when it begins, its text and when its words are said."""
+
+    id: str
+    start: float
+    text: str
+    said: tuple[float, float]
+
+
+def joined(grid: Path, clips: Sequence[Path], folder: Path) -> list[Sentence]:
+    """Write the clips as one recording with its landmarks, and return the sentences."""
+    made: list[Sentence] = []
+    sounds, points, valid = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
+    at = 0
+    packets = []
+    with av.open(str(folder / "lecture.mp4"), "w", format="mp4", options={"movflags": "faststart"}) as out:
+        stream = None
+        for clip in clips:
+            with opened(clip) as source:
+                video = source.streams.video[0]
+                stream = stream or out.add_stream_from_template(video)
+                base, step = Fraction(video.time_base), round(1 / video.average_rate / video.time_base)
+                own = [packet for packet in source.demux(video) if packet.size]
+            packets += [(packet, packet.pts + at, packet.dts + at) for packet in own]
+            heard, late = timed_audio(clip, RATE)
+            heard = np.pad(heard, (max(round(late * RATE), 0), 0))
+            count = round((at + len(own) * step) * base * RATE) - sum(map(len, sounds))
+            sounds.append(np.pad(heard[:count], (0, max(count - len(heard), 0))))
+            words = [s for s in read_grid_align(grid / "align" / f"{clip.stem}.align") if s.label]
+            start = float(at * base)
+            made.append(Sentence(clip.stem, start, " ".join(w.label for w in words),
+                                 (start + words[0].start, start + words[-1].end)))
+            with np.load(grid / "landmarks" / f"{clip.stem}.npz") as marks:
+                points.append(marks["points"])
+                valid.append(marks["valid"])
+            at += len(own) * step
+        track = SoundTrack(out, np.concatenate(sounds), RATE)
+        for packet, pts, dts in packets:
+            packet.pts, packet.dts, packet.stream = pts, dts, stream
+            track.write_until(float(dts * base))
+            out.mux(packet)
+        track.finish()
+    files.write_arrays(folder / "lecture.npz", points=np.concatenate(points), valid=np.concatenate(valid))
+    files.write_text(folder / "landmarks.json", (grid / "landmarks.json").read_text())
+    return made
+
+
+def prepared(folder: Path, out: Path, jobs: int) -> tuple[float, float]:
+    """Minutes and MB that preparing a folder took."""
+    command = [sys.executable, "-m", "data_prep", "corpus=folder", f"corpus.raw={folder}", f"corpus.out={out}",
+               "corpus.name=long", "corpus.importer.variant=en_gb", "+corpus.importer.lexicon.a=EY",
+               '+corpus.importer.lexicon.white="W AY T"', f"jobs={jobs}"]
+    began, most = time.monotonic(), 0.0
+    with subprocess.Popen(command) as process:
+        while process.poll() is None:
+            most = max(most, memory(process.pid))
+            time.sleep(0.5)
+    if process.returncode:
+        sys.exit(process.returncode)
+    return (time.monotonic() - began) / 60, most
+
+
+def memory(process: int) -> float:
+    """MB that a process and those that it started hold, pages that they share counted once each by the kernel (PSS)."""
+    total = 0.0
+    try:
+        for line in Path(f"/proc/{process}/smaps_rollup").read_text().splitlines():
+            total += int(line.split()[1]) / 1024 if line.startswith("Pss:") else 0
+        children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    except OSError:  # it has ended
+        return total
+    return total + sum(memory(int(child)) for child in children)
+
+
+def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> None:
+    """Print how far the edges of the sentences are from where they are in the separate clips."""
+    corpus = Corpus.open(out)
+    found = []
+    for u in corpus.utterances.values():
+        clip = json.loads((out / ".stages" / "clips" / f"{u.id}.json").read_text())["result"]
+        words = [s for s in u.alignment["words"] if s.label]
+        found.append((clip["start"] + words[0].start, clip["start"] + words[-1].end, [w.label for w in words]))
+    starts = np.array([row[0] for row in found])
+    off, whole, missing = list[tuple[float, float]](), 0, list[str]()
+    known = [s for s in sentences if s.id in separate.utterances]
+    for sentence in known:
+        own = separate.utterances[sentence.id]
+        words = [s for s in own.alignment["words"] if s.label]
+        late = sentence.start + laid(read_audio(separate.path(own, "audio")), out, sentence.start)
+        row = found[int(np.abs(starts - late - words[0].start).argmin())]
+        if row[2] != [w.label for w in words]:
+            missing.append(sentence.id)
+            continue
+        whole += 1
+        off.append((row[0] - late - words[0].start, row[1] - late - words[-1].end))
+    edges = np.array(off)
+    good = (np.abs(edges) < CLOSE).all(axis=1).sum()
+    print(f"{len(found)} utterances; {whole} of {len(known)} sentences whole ({100 * whole / len(known):.1f} %), "
+          f"{good} within {1000 * CLOSE:.0f} ms ({100 * good / len(known):.1f} %); median "
+          f"{1000 * np.median(edges[:, 0]):.0f} and {1000 * np.median(edges[:, 1]):.0f} ms, 95th percentile of the "
+          f"amount {1000 * np.percentile(np.abs(edges), 95):.0f} ms")
+    print("not whole:", " ".join(missing) or "none")
+
+
+def laid(sound: np.ndarray, out: Path, start: float) -> float:
+    """By how many seconds the sound of a clip lies later in the recording than its clip begins there."""
+    reach = round(REACH * SPEECH_RATE)
+    wav = out / ".stages" / "recording" / "lecture.16.wav"
+    there = stretch(wav, SPEECH_RATE, start, start + len(sound) / SPEECH_RATE)
+    middle = sound[reach : len(there) - reach]
+    match = np.fft.irfft(np.fft.rfft(there) * np.conj(np.fft.rfft(middle, len(there))))[: 2 * reach + 1]
+    return (int(match.argmax()) - reach) / SPEECH_RATE
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("grid", type=Path)
+    parser.add_argument("corpus", type=Path)
+    parser.add_argument("work", type=Path)
+    parser.add_argument("--clips", type=int, default=900)
+    parser.add_argument("--texts", nargs="+", default=["txt", "srt"], choices=["txt", "srt"])
+    parser.add_argument("--jobs", type=int, default=2)
+    given = parser.parse_args()
+    raw = files.make_folder(given.work / "raw")
+    clips = sorted((given.grid / "video").glob("*.mp4"))
+    sentences = joined(given.grid, clips[:: max(1, len(clips) // given.clips)][: given.clips], raw)
+    for kind in given.texts:
+        for old in (raw / "lecture.txt", raw / "lecture.srt"):
+            files.remove(old)
+        if kind == "txt":
+            files.write_text(raw / "lecture.txt", " ".join(s.text for s in sentences) + "\n")
+        else:
+            write_srt(raw / "lecture.srt", [Cue(*s.said, s.text) for s in sentences])
+        minutes, most = prepared(raw, given.work / kind, given.jobs)
+        print(f"{len(sentences)} sentences, {kind}: {minutes:.1f} minutes, {most:.0f} MB at most")
+        compared(sentences, Corpus.open(given.corpus), given.work / kind)
+
+
+if __name__ == "__main__":
+    main()
