@@ -9,13 +9,14 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import IO, Any
 
 import numpy as np
 
+from dnnvss import staging
 from dnnvss.errors import DnnvssError
 from dnnvss.shortages import shortage_of
 from dnnvss.staging import FileSet, Part, current
@@ -62,6 +63,21 @@ def replacing(path: str | Path) -> Iterator[Path]:
     finally:
         if part is not None:
             part.discard()
+
+
+@contextmanager
+def locked(path: str | Path, waiting: str = "") -> Iterator[None]:
+    """Hold the lock that belongs to a path, as :func:`dnnvss.staging.locked` does.
+
+    Raises:
+        DnnvssError: the folder cannot be written.
+    """
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(staging.locked(Path(path), waiting))
+        except OSError as error:
+            raise _unwritten(Path(path), error) from error
+        yield
 
 
 @contextmanager

@@ -82,3 +82,13 @@ def test_far_frame_numbers_are_refused_before_room_is_made_for_them(tmp_path: Pa
     csv = files.write_text(tmp_path / "a.csv", "frame,success,x_0,y_0\n1,1,2,3\n400000000,1,2,3\n")
     with pytest.raises(DnnvssError, match="line 3: frame is 4e\\+08"):
         read_landmarks(csv)
+
+
+def test_an_array_written_in_parts_is_the_array(tmp_path: Path) -> None:
+    whole = np.arange(60, dtype=np.float64).reshape(10, 3, 2)
+    rows = files.Rows(whole.shape, np.float32, (whole[k : k + 4] for k in range(0, 10, 4)))
+    held = read_arrays(files.write_arrays(tmp_path / "a.npz", points=rows, rate=25.0))
+    assert held["points"].dtype == np.float32 and held["rate"] == 25
+    np.testing.assert_array_equal(held["points"], whole)
+    np.savez(tmp_path / "b.npz", points=whole.astype(np.float32), rate=25.0)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()

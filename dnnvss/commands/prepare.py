@@ -10,7 +10,7 @@ from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import run_command, typed_settings
 from dnnvss.commands.prepare_settings import PrepareSettings
 from dnnvss.commands.usage import UsageError
-from dnnvss.staging import changing, locked
+from dnnvss.staging import changing
 
 COMMAND = SettingsCommand("prepare", "prepare", PrepareSettings, bare="corpus.raw")
 
@@ -38,6 +38,6 @@ def job(config: DictConfig) -> None:
         importer.call(out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend, "then": first_look})
         return
     files.make_folder(out.parent)
-    with locked(out, f"waiting for the command that prepares {out}"), changing(out):
+    with files.locked(out, f"waiting for the command that prepares {out}"), changing(out):
         importer.call(out, {"raw": corpus.raw, "jobs": settings.jobs, "backend": settings.backend,
                             "strict": settings.strict})

@@ -23,7 +23,7 @@ from dnnvss.runs.fitting import begin, encode, gather, keep, new_model
 from dnnvss.runs.naming import run_folder
 from dnnvss.runs.run import Run
 from dnnvss.runs.settings import RunSettings
-from dnnvss.staging import locked, reading
+from dnnvss.staging import reading
 from dnnvss.systems import VisualModel
 from dnnvss.training.devices import process_number
 
@@ -66,7 +66,7 @@ def _trained(settings: RunSettings, helper: bool) -> float:
     if helper:
         return _fitted(settings, corpus, model, folder, choice)
     files.make_folder(folder.parent)
-    with locked(folder, f"waiting for the command that trains {folder}"):
+    with files.locked(folder, f"waiting for the command that trains {folder}"):
         return _fitted(settings, corpus, model, folder, choice)
 
 

@@ -12,6 +12,9 @@ from dnnvss.settings import shown
 _NTSC = {Fraction(s): Fraction(n, 1001) for s, n in
          [("23.976", 24000), ("23.98", 24000), ("29.97", 30000), ("59.94", 60000), ("119.88", 120000)]}
 
+_FASTEST = 1_000_000
+"""Frames or samples a second beyond which a rate is a mistake."""
+
 
 @dataclass(frozen=True)
 class FrameClock:
@@ -35,6 +38,8 @@ class FrameClock:
         exact = _NTSC.get(exact, exact).limit_denominator(1_000_000)
         if exact <= 0:
             raise DnnvssError(f"frame rate {rate!r} is not positive", remedy="Give frames a second, e.g. 25")
+        if exact > _FASTEST:
+            raise DnnvssError(f"frame rate {shown(rate)} is more than {_FASTEST}", remedy="Give frames a second")
         object.__setattr__(self, "rate", exact)
 
     @classmethod

@@ -91,3 +91,19 @@ def test_a_name_that_is_too_long_is_told(tmp_path: Path, capsys: pytest.CaptureF
     assert run_command("compare", "e" * 300) == 1
     assert capsys.readouterr().err.startswith("error: ")
     assert files.remedy_for(OSError(36, "File name too long")) == "Choose a shorter name"
+
+
+@pytest.mark.parametrize("words", [
+    ("visemes", "data", "--rate", "1e300"),
+    ("prepare", "corpus=demo", "corpus.out=/proc/self/mem"),
+])
+def test_rates_and_places_that_there_cannot_be_are_told(
+        words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(*words) in (1, 2)
+    said = capsys.readouterr().err.strip().splitlines()
+    assert said[-1].startswith("error: ") and len(said) == 1
+
+
+def test_what_steers_a_terminal_is_escaped_in_an_error() -> None:
+    error = DnnvssError("is named \x1b]0;own\x07 and \u202eexe", file="a\x9b.txt", remedy="Rename it\r")
+    assert str(error) == "a\\x9b.txt: is named \\x1b]0;own\\x07 and \\u202eexe. Rename it\\x0d."
