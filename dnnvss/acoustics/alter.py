@@ -72,23 +72,32 @@ def telephone(samples: np.ndarray) -> np.ndarray:
 def altered(rng: np.random.Generator, samples: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
     """Speech (n,) as it might come another time: what befalls it is drawn, and may be nothing.
 
-    Every second time another throat (0.85 to 1.2), every second time noise at 5 to 20 dB (white,
-    voices or music), one time in five a telephone; always another level (-12 to 6 dB).
+    Every third time another throat (0.85 to 1.2), three times in four noise at 0 to 20 dB (white or
+    voices, half as often music), one time in five a telephone; always another level (-12 to 6 dB).
 
     Args:
         rng: draws.
         samples: of a recording.
         others: recordings that voices under it are taken from.
     """
-    if rng.random() < 0.5:
+    if rng.random() < 1 / 3:
         samples = another_throat(samples, rng.uniform(0.85, 1.2))
-    if rng.random() < 0.5:
-        count = len(samples)
-        under = [lambda: white(rng, count), lambda: babble(rng, count, others), lambda: music(rng, count)]
-        samples = with_noise(samples, under[rng.integers(3)](), rng.uniform(5, 20))
+    if rng.random() < 0.75:
+        samples = with_noise(samples, _some_noise(rng, len(samples), others), rng.uniform(0, 20))
     if rng.random() < 0.2:
         samples = telephone(samples)
     return (samples * 10 ** (rng.uniform(-12, 6) / 20)).astype(samples.dtype)
+
+
+def _some_noise(rng: np.random.Generator, count: int, others: Sequence[np.ndarray]) -> np.ndarray:
+    """Noise (count,) of a kind that is drawn; what covers consonants is drawn more often."""
+    match rng.integers(5):
+        case 0 | 1:
+            return white(rng, count)
+        case 2 | 3:
+            return babble(rng, count, others)
+        case _:
+            return music(rng, count)
 
 
 def another_throat(samples: np.ndarray, factor: float) -> np.ndarray:

@@ -122,8 +122,10 @@ def follow(face: "LiveFace", outputs: "Outputs", sound: Iterable[np.ndarray]) ->
         seconds += len(samples) / SPEECH_RATE
         outputs.write(face.push(samples))
     outputs.write(face.finish())
-    busy = (time.process_time() - begun) / max(seconds, 1e-9)
-    return f"{outputs.count} pictures of {seconds:.1f} s of sound, {100 * busy:.0f} % of one core"
+    given = f"{outputs.count} pictures of {seconds:.1f} s of sound"
+    if not seconds:
+        return given
+    return f"{given}, {100 * (time.process_time() - begun) / seconds:.0f} % of one core"
 
 
 class Outputs:
