@@ -156,7 +156,7 @@ def test_a_double_click_is_enough_and_the_answers_come_as_a_file(
     received = receive(Sheet.open(folder), answer_files(tmp_path))
     assert len(found) == 1 and [a.list for a in received.answers.values()] == [1] and received.refused == {}
     click(browser, "#anew")
-    browser.wait("state.stage === 'welcome' && state.rows.length === 0")
+    browser.wait("typeof state === 'object' && state.stage === 'welcome' && state.rows.length === 0")
 
 
 @needs_browser
