@@ -26,32 +26,41 @@ from dnnvss.evaluation.viewing.tables import (
 
 def preference(sheet: Sheet, judged: Judgements) -> Found:
     """What a preference test says."""
-    names, rows, tested = names_of(sheet), list[list[str]](), list[float]()
+    names, over, exact, tested = names_of(sheet), list[list[str]](), list[tuple[str, ...]](), list[float]()
     for a, b in combinations(range(len(names)), 2):
         ahead, viewer = _ahead(judged, a, b)
         if not len(ahead):
             continue
         own = np.array([ahead[viewer == v].mean() for v in np.unique(viewer)])
-        first, second, even = majorities(own)
-        all_judged = exact_share(int((ahead == 1).sum()), int((ahead != 0.5).sum()))
-        over, voted = share_over_viewers(own), exact_share(first, first + second)
-        tested.append(over.p)
-        rows.append([names[a], names[b], str(len(ahead)), str(int((ahead == 0.5).sum())), interval(over),
-                     p_value(over.p), f"{first} of {first + second}" + (f", {even} even" if even else ""),
-                     interval(voted), p_value(voted.p), interval(all_judged), p_value(all_judged.p)])
-    corrected = holm(tested)
-    rows = [[*row[:6], p_value(p), *row[6:]] for row, p in zip(rows, corrected, strict=True)]
-    head = ("first", "second", "judgements", "ties", "share for the first, over viewers", "p", "p (Holm)",
-            "viewers for the first", "their share, exact", "p", "judgements for the first, exact", "p")
-    notes = ("The share over viewers is the mean of the viewers' own shares, ties as halves, with the t interval: it "
-             "holds for viewers who were not asked.",
-             "The exact test of all judgements takes each as independent of the others, which judgements of one viewer "
-             "are not: it is given because papers print it, and says too much.")
-    tables = [Table("Preference", head, tuple(map(tuple, rows)), notes), _sides(sheet, judged)]
+        share = share_over_viewers(own)
+        tested.append(share.p)
+        over.append([names[a], names[b], str(len(ahead)), str(int((ahead == 0.5).sum())), interval(share),
+                     p_value(share.p)])
+        exact.append((names[a], names[b], *_exact(ahead, own)))
+    rows = tuple((*row, p_value(p)) for row, p in zip(over, holm(tested), strict=True))
+    tables = [
+        Table("Preference", ("first", "second", "judgements", "ties", "share for the first, over viewers", "p",
+                             "p (Holm)"), rows,
+              ("The mean of the viewers' own shares, ties as halves, with the t interval: it holds for viewers who "
+               "were not asked.",)),
+        Table("Majorities and exact tests", ("first", "second", "viewers for the first", "their share, exact", "p",
+                                             "judgements for the first, exact", "p"), tuple(exact),
+              ("The exact test of all judgements takes each as independent of the others, which judgements of one "
+               "viewer are not: it is given because papers print it, and says too much.",)),
+        _sides(sheet, judged)]
     scores, more, warnings = _strengths(sheet, judged)
     agreement = krippendorff(_preferred(judged, len(names)), nominal=True)
     tables += [*more, agreement_table(agreement, "which is preferred")]
     return Found(scores, "share of all pairs in which it was preferred", tuple(tables), tuple(warnings))
+
+
+def _exact(ahead: np.ndarray, own: np.ndarray) -> tuple[str, ...]:
+    """Cells about viewers who were more often for the first, and about all judgements that are no ties."""
+    first, second, even = majorities(own)
+    voted = exact_share(first, first + second)
+    judged = exact_share(int((ahead == 1).sum()), int((ahead != 0.5).sum()))
+    counted = f"{first} of {first + second}" + (f", {even} even" if even else "")
+    return counted, interval(voted), p_value(voted.p), interval(judged), p_value(judged.p)
 
 
 def _ahead(judged: Judgements, a: int, b: int) -> tuple[np.ndarray, np.ndarray]:

@@ -43,6 +43,11 @@ def single(sheet: Sheet, judged: Judgements) -> Found:
     return Found(scores, "points of 100", (*tables, agreement_table(alpha, "scores")), tuple(warnings))
 
 
+def _equal(p: float) -> str:
+    """A p in a sentence."""
+    return p_value(p) if p < 1e-4 else f"= {p_value(p)}"
+
+
 def _kruskal(sheet: Sheet, judged: Judgements) -> list[Table]:
     """Kruskal-Wallis over all conditions, and with anchors left out, as Theobald et al. (2003) print it."""
     names = names_of(sheet)
@@ -58,7 +63,7 @@ def _kruskal(sheet: Sheet, judged: Judgements) -> list[Table]:
         tables.append(Table("Kruskal-Wallis" + (f" without {left}" if left else ""),
                             ("condition", "n", "median", "average rank", "Z"), rows,
                             (f"H = {test.statistic:.2f} ({test.adjusted:.2f} corrected for ties), "
-                             f"p = {p_value(test.p)} with {len(kept) - 1} degrees of freedom. The test takes all "
+                             f"p {_equal(test.p)} with {len(kept) - 1} degrees of freedom. The test takes all "
                              "scores as independent, which scores of one viewer are not.",)))
     return tables
 
@@ -108,7 +113,7 @@ def _per_viewer(sheet: Sheet, viewers: Sequence[str], differences: np.ndarray, f
             rows.append((name, str(test.count), str(test.used), number(test.statistic, 1), p_value(test.p),
                          number(test.median, 2)))
     over = mean_interval(np.array(medians))
-    note = (f"{first} less {second}. Over viewers the mean difference is {interval(over, 1)}, p = {p_value(over.p)}. "
+    note = (f"{first} less {second}. Over viewers the mean difference is {interval(over, 1)}, p {_equal(over.p)}. "
             "A viewer's p says that this viewer would judge so again, not that others do.")
     return [Table(f"Each viewer (Wilcoxon signed rank): {first} and {second}", ("viewer", "N", "n", "W", "p", "median"),
                   tuple(rows), (note,))]

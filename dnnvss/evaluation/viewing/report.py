@@ -44,7 +44,7 @@ def lead(result: Analysis) -> str:
     """Who answered, in a sentence."""
     refused, left = len(result.received.refused), len(result.left_out)
     more = [f"{left} left out"] if left else []
-    more += [f"{refused} files refused"] if refused else []
+    more += [f"{refused} file{'' if refused == 1 else 's'} refused"] if refused else []
     count = len(result.kept)
     return (f"{count} viewer{'' if count == 1 else 's'}{' (' + ', '.join(more) + ')' if more else ''}; "
             f"{result.sheet.design['kind']} test {result.sheet.id}, seed {result.sheet.design['seed']}, "
@@ -124,6 +124,14 @@ def _list(title: str, lines: Mapping[str, str]) -> str:
     return f"<details><summary>{html.escape(title)} ({len(lines)})</summary><ul>{items}</ul>{more}</details>"
 
 
+def _ticks(low: float, high: float) -> np.ndarray:
+    """Round numbers between two ends."""
+    rough = (high - low) / 5
+    size = 10.0 ** np.floor(np.log10(rough))
+    step = size * next(k for k in (1, 2, 5, 10) if k * size >= rough)
+    return np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
+
+
 def plot(scores: Mapping[str, Score]) -> str:
     """A dot and a line for each score with its interval, as SVG."""
     ends = [v for s in scores.values() for v in (s.value, s.low, s.high) if not np.isnan(v)]
@@ -135,7 +143,7 @@ def plot(scores: Mapping[str, Score]) -> str:
         return _LEFT + (_WIDTH - _LEFT - 20) * (value - low) / (high - low)
 
     height = _ROW * len(scores) + 30
-    ticks = np.linspace(low + pad, high - pad, 5)
+    ticks = _ticks(low, high)
     parts = [f'<line class="axis" x1="{x(t):.1f}" x2="{x(t):.1f}" y1="0" y2="{height - 22}"/>'
              f'<text class="soft" x="{x(t):.1f}" y="{height - 6}" text-anchor="middle">{t:.3g}</text>' for t in ticks]
     for k, (name, score) in enumerate(scores.items()):
