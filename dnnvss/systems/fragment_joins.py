@@ -1,9 +1,9 @@
 """Recorded fragments brought to the times of a sentence, and blended where they overlap."""
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
 
 
 def _cosine(u: np.ndarray) -> np.ndarray:
@@ -34,26 +34,37 @@ def warped(times: np.ndarray, source: np.ndarray, target: np.ndarray) -> np.ndar
     )
 
 
-def resampled(times: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Scattered samples (n, D) at constant rate: the interpolant through all of them, at the times (T,) wanted.
+def resampled(values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """The interpolant through the frames (n, D) of a recording, at places (T,) between them, (T, D).
 
-    ``f(x) = p(x) + sum_i a_i / sqrt(1 + (|x - c_i| / w)^2)`` with a straight line ``p``, through every sample; the
-    width ``w`` is the widest gap between neighbours.
-
-    Args:
-        times: (n,) rising.
-        values: (n, D).
-        wanted: (T,).
+    ``f(x) = p(x) + sum_i a_i / sqrt(1 + ((x - i) / w)^2)`` with a straight line ``p``, through every frame; the width
+    ``w`` is :data:`WIDTH` frames. Frames are evenly spread in the recording, and where each wanted moment lies among
+    them the warp tells: the same curve as through frames that were warped first, without the equations becoming
+    singular where phones are squeezed.
 
     **Source**: Edge et al. 2004, section 5.1.2, equation 1, with inverse multiquadrics.
     """
-    if len(times) < 3:
-        return np.stack([np.interp(wanted, times, column) for column in values.T], axis=1)
-    width = float(np.diff(times).max())
-    f = RBFInterpolator(
-        times[:, None], values, kernel="inverse_multiquadric", epsilon=1 / width, degree=1
-    )
-    return np.asarray(f(wanted[:, None]))
+    if len(values) < 3:
+        return np.stack([np.interp(at, np.arange(len(values)), column) for column in values.T], axis=1)
+    return np.asarray(_basis(at, len(values)) @ (_inverse(len(values)) @ values))
+
+
+WIDTH = 1.5
+
+
+def _basis(at: np.ndarray, count: int) -> np.ndarray:
+    """The basis functions and the terms of the line (T, n + 2) at places (T,)."""
+    radial = 1 / np.sqrt(1 + ((at[:, None] - np.arange(count)) / WIDTH) ** 2)
+    return np.concatenate([radial, np.ones((len(at), 1)), at[:, None] / count], axis=1)
+
+
+@lru_cache(maxsize=128)
+def _inverse(count: int) -> np.ndarray:
+    """What makes weights (n + 2, D) of n samples, the line orthogonal to the radial part: (n + 2, n)."""
+    system = np.zeros((count + 2, count + 2))
+    system[:count] = _basis(np.arange(count, dtype=float), count)
+    system[count:, :count] = system[:count, count:].T
+    return np.asarray(np.linalg.inv(system)[:, :count])
 
 
 def overlaps(edges: np.ndarray, joints: np.ndarray, share: float) -> np.ndarray:

@@ -187,14 +187,9 @@ class Fragments(VisualModel):
         target = edges[unit.first : unit.last + 2]
         owner = recorded.owner[place]
         low, high = recorded.bounds[owner], recorded.bounds[owner + 1]
-        back = warped(np.array([wanted[0], wanted[-1]]), target, source)
-        taken = np.arange(
-            max(low, int(back[0] - 0.5) - _MARGIN), min(high, int(back[1]) + _MARGIN + 1)
-        )
-        times = warped(taken + 0.5, source, target)
-        return resampled(
-            times, recorded.static[taken].astype(float), np.clip(wanted, times[0], times[-1])
-        )
+        back = np.clip(warped(wanted, target, source) - 0.5, low, high - 1)
+        taken = np.arange(max(low, int(back[0]) - _MARGIN), min(high, int(back[-1]) + _MARGIN + 2))
+        return resampled(recorded.static[taken].astype(float), back - taken[0])
 
     def _candidates(
         self, unit: Unit, codes: np.ndarray, frames: np.ndarray

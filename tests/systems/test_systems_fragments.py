@@ -129,14 +129,15 @@ def test_averages_of_several_places_and_their_stretch(examples: dict) -> None:
     )
 
 
-def test_the_interpolant_goes_through_every_sample() -> None:
-    random = np.random.default_rng(0)
-    times = np.cumsum(random.uniform(0.3, 3.0, 120))
-    values = random.normal(size=(120, 4)).cumsum(axis=0)
-    assert np.abs(resampled(times, values, times) - values).max() < 1e-9
-    line = np.stack([2 * times + 1], axis=1)
-    wanted = np.linspace(times[0], times[-1], 77)
-    assert resampled(times, line, wanted)[:, 0] == pytest.approx(2 * wanted + 1)
+@pytest.mark.parametrize("count", [2, 3, 40, 300])
+def test_the_interpolant_goes_through_every_frame_and_keeps_lines(count: int) -> None:
+    values = np.random.default_rng(0).normal(size=(count, 4)).cumsum(axis=0)
+    frames = np.arange(count, dtype=float)
+    assert np.abs(resampled(values, frames) - values).max() < 1e-9
+    between = np.linspace(0, count - 1, 77)
+    assert resampled(2 * frames[:, None] + 1, between)[:, 0] == pytest.approx(2 * between + 1)
+    wave = np.sin(frames / 6)[:, None]
+    assert np.abs(resampled(wave, between)[:, 0] - np.sin(between / 6)).max() < 0.06  # at its ends
 
 
 def test_frames_are_warped_by_the_edges_of_phones() -> None:
