@@ -21,7 +21,7 @@ from dnnvss.evaluation.report import number
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.evaluation.verdict import Verdict, verdict
 from dnnvss.evaluation.viseme_notes import unit_notes
-from dnnvss.face.base import Face
+from dnnvss.face.base import Face, moving
 from dnnvss.face.kinds import face_kind
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.render.plots import plot_trajectories
@@ -150,7 +150,8 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
                **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others}}
     for name, arrays in outputs.items():
         files.write_arrays(places.prediction(name), **arrays)
-    report = evaluate(predicted, references, speech=masks["speech"], valid=masks["valid"], first=leading(face))
+    seen = {i: moving(face, x, masks["speech"][i] & masks["valid"][i]) for i, x in references.items()}
+    report = evaluate(predicted, seen, speech=masks["speech"], valid=masks["valid"], first=leading(face))
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
     lively = compare(make_bench(task, test, face), {n: p for n, p in predicted.items() if n != "training mean"},
@@ -193,9 +194,11 @@ def _gaps(left_out: Mapping[str, tuple[int, int]]) -> list[str]:
 
 def make_bench(task: Task, test: list[Example], face: Face) -> Bench:
     """Return what the harness measures test examples against."""
-    sentences = [Sentence(e.id, targets[:, 0].astype(float), e.alignment["phones"],
-                          speech_frames(e.alignment, task.clock), valid)
-                 for e, (targets, valid) in ((e, e.measured) for e in test)]
+    sentences = []
+    for e, (targets, valid) in ((e, e.measured) for e in test):
+        speech = speech_frames(e.alignment, task.clock)
+        reference = moving(face, targets[:, 0].astype(float), speech & valid)
+        sentences.append(Sentence(e.id, reference, e.alignment["phones"], speech, valid))
     return Bench(tuple(sentences), task.clock, face, leading(face))
 
 

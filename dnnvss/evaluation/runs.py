@@ -12,6 +12,7 @@ from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.bench import Bench, Sentence, leading
 from dnnvss.face.encoding import find_encoding
+from dnnvss.face.base import moving
 from dnnvss.face.kinds import load_face
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
@@ -147,7 +148,7 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         landmarks = None if tracked is None else resample(tracked, utterance.clock, lead.clock, count=len(reference))
         speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
         tier = utterance.alignment["phones"]
-        sentences.append(Sentence(i, reference.astype(float), tier, speech, valid, landmarks))
+        sentences.append(Sentence(i, moving(face, reference.astype(float), speech & valid), tier, speech, valid, landmarks))
     return Bench(tuple(sentences), lead.clock, face, leading(face, first))
 
 

@@ -138,6 +138,27 @@ class Regional(Protocol):
         ...
 
 
+@runtime_checkable
+class Ranged(Protocol):
+    """A face whose parameters have ranges, so that it is known when one stands still."""
+
+    @property
+    def least(self) -> np.ndarray:
+        """The movement (D,) from the least to the greatest value below which a parameter stands still."""
+        ...
+
+
+def moving(face: Face | None, parameters: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Parameters (T, D), of which those that stand still in some frames (T,) bool do so at their mean, exactly.
+
+    Nothing can be measured of them. A face without ranges has none.
+    """
+    if not isinstance(face, Ranged) or not frames.any():
+        return parameters
+    still = np.ptp(parameters[frames], axis=0) < face.least
+    return np.where(still, parameters[frames].mean(axis=0), parameters)
+
+
 def region_form(face: Face, points: Sequence[int]) -> np.ndarray:
     """How large a change of the parameters looks at some points: ``c' G c`` for a change c (D,), as G (D, D).
 

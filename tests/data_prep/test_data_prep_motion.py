@@ -75,9 +75,9 @@ def test_a_voice_without_words_stands_as_one_neutral_phone(tmp_path: Path) -> No
         )
     corpus = Corpus.open(prepare_facegood(raw, tmp_path / "out", jobs=1))
     assert set(corpus.utterances) == {"t0", "t1", "t2"} and list(corpus.info.landmark_groups) == [
+        "brow",
         "jaw",
         "lip",
-        "brow",
     ]
     utterance = corpus.utterances["t1"]
     assert utterance.text == "" and set(utterance.alignment["phones"].labels) == {"AH", "sil"}

@@ -7,6 +7,7 @@ import pytest
 from face.rig_cases import CURVES, GROUPS, clips, values
 
 from dnnvss.errors import DnnvssError
+from dnnvss.face.base import moving
 from dnnvss.face.rig import RigFace, RigSettings, encode_rig, fit_rig
 from dnnvss.render.bars import Bars
 
@@ -67,3 +68,12 @@ def test_bars_are_as_long_as_their_curves() -> None:
     lengths = [int(n) for n in np.unique(changed) if n]
     assert lengths == pytest.approx([(bars.size[0] - 202) / 2, bars.size[0] - 202], abs=2)
     assert empty.shape == (bars.size[1], bars.size[0], 3)
+
+
+def test_curves_that_stand_still_are_exactly_still() -> None:
+    rig, x = face(), np.zeros((6, 3))
+    x[:, 0], x[:, 1] = np.arange(6) / 10, 1e-5 * np.arange(6)
+    frames = np.array([True] * 4 + [False] * 2)
+    found = moving(rig, x, frames)
+    assert np.array_equal(found[:, 0], x[:, 0]) and np.ptp(found[:, 1:], axis=0).max() == 0
+    assert found[0, 1] == pytest.approx(1.5e-5) and moving(None, x, frames) is x

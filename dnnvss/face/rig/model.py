@@ -72,6 +72,11 @@ class RigFace:
         """The least and greatest value of each parameter, (D, 2)."""
         return np.asarray(self.all_ranges[self.moving])
 
+    @property
+    def least(self) -> np.ndarray:
+        """The movement (D,) below which a parameter stands still: ``still`` of its range."""
+        return np.asarray(self.settings.still * np.ptp(self.ranges, axis=1))
+
     @cached_property
     def groups(self) -> dict[str, tuple[int, ...]]:
         """Name of a group to its parameters (see :func:`dnnvss.face.base.name_groups`)."""
