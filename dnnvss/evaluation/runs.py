@@ -11,8 +11,8 @@ from dnnvss.corpus import Corpus
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.bench import Bench, Sentence, leading
-from dnnvss.face.encoding import find_encoding
 from dnnvss.face.base import moving
+from dnnvss.face.encoding import find_encoding
 from dnnvss.face.kinds import load_face
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
