@@ -148,7 +148,8 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         landmarks = None if tracked is None else resample(tracked, utterance.clock, lead.clock, count=len(reference))
         speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
         tier = utterance.alignment["phones"]
-        sentences.append(Sentence(i, moving(face, reference.astype(float), speech & valid), tier, speech, valid, landmarks))
+        seen = moving(face, reference.astype(float), speech & valid)
+        sentences.append(Sentence(i, seen, tier, speech, valid, landmarks))
     return Bench(tuple(sentences), lead.clock, face, leading(face, first))
 
 
