@@ -45,7 +45,9 @@ def resampled(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     **Source**: Edge et al. 2004, section 5.1.2, equation 1, with inverse multiquadrics.
     """
     if len(values) < 3:
-        return np.stack([np.interp(at, np.arange(len(values)), column) for column in values.T], axis=1)
+        return np.stack(
+            [np.interp(at, np.arange(len(values)), column) for column in values.T], axis=1
+        )
     return np.asarray(_basis(at, len(values)) @ (_inverse(len(values)) @ values))
 
 

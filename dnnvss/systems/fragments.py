@@ -15,10 +15,12 @@ from dnnvss.phones import PHONES
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 from dnnvss.systems.codebook_units import OUTSIDE, neighbours, phone_distances, similarities
+from dnnvss.systems.examples import speech_frames
 from dnnvss.systems.fragment_joins import WEIGHTINGS, blended, overlaps, resampled, warped
 from dnnvss.systems.fragment_units import UNITS, FragmentCorpus, Unit
-from dnnvss.systems.guide import stretch_of
 
+_MOST_STRETCHED, _HARDLY = 1.5, 0.1
+"""Largest stretch, and the share of its deviation that a coefficient must move in a sentence to tell it."""
 _MARGIN = 2
 """Frames beyond a piece's overlap that its interpolant goes through too."""
 
@@ -125,7 +127,30 @@ class Fragments(VisualModel):
         still = np.zeros(variance.shape[1]), np.ones(variance.shape[1])
         self._take(corpus, phone_distances(corpus.recorded), variance, *still)
         if self.settings.stretch and val:
-            self._take(corpus, self.distances_, variance, *stretch_of(self, val))
+            self._take(corpus, self.distances_, variance, *self._stretch_of(val))
+
+    def _stretch_of(self, val: Sequence[Example]) -> tuple[np.ndarray, np.ndarray]:
+        """The mean (D,) of what is said of validation sentences, and by how much (D,) it moves less.
+
+        So stretched, its variance over the speech of a sentence is on average the talker's. The
+        stretch lies between 1 and :data:`_MOST_STRETCHED`; sentences in which the talker hardly
+        moved do not tell it.
+        """
+        said = [self.predict(e).mean[:, 0] for e in val]
+        least = (_HARDLY**2) * self.variance_[0]
+        ratios = []
+        for e, x in zip(val, said, strict=True):
+            targets, valid = e.measured
+            kept = valid & speech_frames(e.alignment, self.clock)
+            if kept.sum() > 1:
+                true = targets[kept, 0].astype(float).var(axis=0)
+                ratios.append(
+                    np.where(true > least, x[kept].var(axis=0) / np.maximum(true, 1e-12), np.nan)
+                )
+        known = np.isfinite(ratios).any(axis=0)
+        share = np.nanmean(np.where(known, ratios, 1.0), axis=0)
+        stretch = np.clip(1 / np.sqrt(np.maximum(share, 1e-12)), 1.0, _MOST_STRETCHED)
+        return np.concatenate(said).mean(axis=0), stretch
 
     def predict(self, example: Example) -> Prediction:
         """The joined trajectory and its derivatives; the variance is a hundredth of the training frames'."""
