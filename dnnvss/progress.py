@@ -11,6 +11,8 @@ TENTHS = 10
 """Lines of a whole step at most, where none of its tenths takes long."""
 LONGEST = 30.0
 """Seconds without a line, about."""
+LEFT = 60.0
+"""Seconds from which it is told how long the rest will take."""
 SHORTEST = 1.0
 """Seconds between two lines at least."""
 
@@ -34,7 +36,7 @@ def counted(iterable: Iterable[Any] | None = None, desc: str = "", *,
 
 
 class Lines(tqdm):  # type: ignore[type-arg]
-    """A bar that writes lines: ``encoding clips: 40 of 400 clips, 12 s``."""
+    """A bar that writes lines: ``encoding clips: 40 of 400 clips, 12 s, about 2 min left``."""
 
     disable: bool
 
@@ -66,5 +68,11 @@ class Lines(tqdm):  # type: ignore[type-arg]
     def _tell(self, tenth: int) -> None:
         self.told, self.at = tenth, time.monotonic()
         of = f" of {self.total}" if self.total else ""
-        print(f"{self.desc.removesuffix(': ')}: {self.n}{of}{self.unit}, {self.at - self.begun:.0f} s",
+        print(f"{self.desc.removesuffix(': ')}: {self.n}{of}{self.unit}, {self.at - self.begun:.0f} s{self._left()}",
               file=sys.stderr, flush=True)
+
+    def _left(self) -> str:
+        """About how long the rest will take, where that is a minute and more."""
+        done = self.n - self.initial
+        rest = (self.at - self.begun) / done * (self.total - self.n) if self.total and done > 0 else 0.0
+        return f", about {rest / 60:.0f} min left" if rest >= LEFT else ""

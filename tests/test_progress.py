@@ -47,7 +47,8 @@ def test_a_short_step_writes_nothing(clock: Clock, capsys: pytest.CaptureFixture
 
 def test_a_slow_step_writes_a_line_every_half_minute(clock: Clock, capsys: pytest.CaptureFixture[str]) -> None:
     lines = said(clock, capsys, 100, 20.0)
-    assert 50 <= len(lines) <= 51 and lines[0].startswith("clips: 2 of 100 clips, 40 s")
+    assert 50 <= len(lines) <= 51 and lines[0] == "clips: 2 of 100 clips, 40 s, about 33 min left"
+    assert lines[-1].endswith(" s")
 
 
 def test_a_terminal_has_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
