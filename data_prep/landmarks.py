@@ -143,8 +143,8 @@ def write_clean(name: str, out: Path, marks: Path, bad: str) -> dict[str, Any]:
 
 
 def slices(shop: Workshop, landmarks: Mapping[str, tuple[Path, ...]],
-           clips: Mapping[str, Mapping[str, tuple[int, int]]], dimensions: int) -> dict[str, tuple[Path, ...]]:
-    """The files of landmarks of clips that were cut out of recordings, by clip.
+           clips: Mapping[str, Mapping[str, tuple[int, int]]], dimensions: int) -> dict[str, tuple[Path, ...] | str]:
+    """The files of landmarks of clips that were cut out of recordings by clip, or why there are none.
 
     Args:
         shop: where to work.
@@ -155,10 +155,8 @@ def slices(shop: Workshop, landmarks: Mapping[str, tuple[Path, ...]],
     tasks = {name: {"landmarks": paths, "clips": {n: list(c) for n, c in clips[name].items()},
                     "dimensions": dimensions} for name, paths in landmarks.items()}
     made = shop.run(SLICED, _sliced, tasks) if tasks else {}
-    for name, result in made.items():
-        if "dropped" in result:
-            raise DnnvssError(result["dropped"], utterance=name, remedy="Mend the landmarks or take them away")
-    return {n: (shop.out / FOLDER / SLICED / name / f"{n}.npz",) for name in made for n in clips[name]}
+    return {n: result.get("dropped") or (shop.out / FOLDER / SLICED / name / f"{n}.npz",)
+            for name, result in made.items() for n in clips[name]}
 
 
 SLICED = "sliced landmarks"

@@ -27,7 +27,7 @@ from data_prep.recipe import Source
 from data_prep.script import Script
 from data_prep.stages import FOLDER, Workshop
 from dnnvss.archives import read_arrays
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import in_order, read_timed_text
 from dnnvss.speech.align_doubt import Word
 from dnnvss.speech.matching import matched, trusted
@@ -132,6 +132,8 @@ def _heard(recordings: Sequence[Source], shop: Workshop, variant: str, lexicon: 
             if not script.words:
                 raise DnnvssError("holds no word", file=r.script, remedy="Write what is said in the recording")
             ways = {w: pronunciations(w, variant, lexicon) for w in set(script.words)}
+        except ShortageError:
+            raise  # it says nothing about the recording
         except DnnvssError as error:
             cuts.refuse(r, str(error))
             continue
@@ -236,10 +238,12 @@ def _cut(works: Sequence[_Work], shop: Workshop, cuts: Cuts, dimensions: int) ->
 
 
 def _source(name: str, work: _Work, words: tuple[int, int], clip: Mapping[str, Any], out: Path,
-            marks: tuple[Path, ...]) -> Source:
+            marks: tuple[Path, ...] | str) -> Source:
     if "dropped" in clip:
         return Source(name, video=work.video, problem=clip["dropped"])
     spoken = tuple(work.script.words[slice(*words)])
+    if isinstance(marks, str):
+        return Source(name, video=work.video, problem=marks)
     return Source(name, work.script.text(*words), spoken, out / clip["clip"], marks,
                   guessed=work.recording.guessed)
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.media.containers import opened
-from dnnvss.media.decoding import decoded, main_stream
+from dnnvss.media.decoding import Look, decoded, main_stream
 from dnnvss.media.index import PictureIndex
 from dnnvss.media.reading import SOUND_RATE
 from dnnvss.media.storing import stretch
@@ -24,6 +23,8 @@ _LEAD = 15.0
 """Seconds of pictures before a clip that its copy may hold, and that players pass over."""
 _LATER = 0.35
 """Seconds by which a copy may end later than it should."""
+_TICK = 1e-3
+"""Seconds by which a picture of a copy may be shown earlier or later."""
 _QUALITY = 12
 _REMEDY = "Check that it plays"
 
@@ -81,12 +82,13 @@ def _copied(path: Path, index: PictureIndex, sound: Path, first: int, last: int,
         return None
     if (begin - int(index.stamps[keys[-1]])) * index.base > _LEAD:
         return None
-    wanted = [int(t) - begin for t in shown[first:end]]
+    wanted = (shown[first:end] - begin) * float(index.base)
     try:
         with files.replacing(out) as temporary:
-            packets = _packets(path, int(index.stamps[keys[-1]]), stop - int(keys[-1]), begin)
+            packets = _packets(path, index.stamps[keys[-1] : stop], begin)
             _mux(temporary, path, packets, _sound(sound, index, begin, latest))
-            if _stamps(temporary) != wanted:
+            made = _stamps(temporary)
+            if len(made) != len(wanted) or np.abs(made - wanted).max(initial=0.0) > _TICK:
                 raise _OtherwiseError
     except (_OtherwiseError, av.FFmpegError, ValueError):
         files.remove(out)
@@ -98,22 +100,67 @@ class _OtherwiseError(Exception):
     """A copy does not read as it was meant."""
 
 
-def _packets(path: Path, key: int, count: int, begin: int) -> Iterator[Any]:
-    """Yield so many packets from the one at ``key`` on, their times from ``begin``."""
-    with opened(path) as container:
+_BACK = (0.0, 10.0, np.inf)
+"""Seconds before a place from which it is looked for: some containers are searched by guessing, and read through
+where that fails."""
+
+
+def _packets(path: Path, stamps: np.ndarray, begin: int) -> Iterator[Any]:
+    """Yield the packets that are stored with these stamps (n,), their times from ``begin``.
+
+    When each is to be decoded is worked out anew: not every container tells.
+    """
+    ordered = np.sort(stamps)
+    decode = ordered - (ordered - stamps).max() - begin
+    key, at = int(stamps[0]), 0
+    for back in _BACK:
+        with opened(path) as container:
+            for packet in _demuxed(container, key, back):
+                stamp = packet.pts if packet.pts is not None else packet.dts
+                if not at and stamp != key:
+                    if stamp is not None and stamp > key and np.isfinite(back):
+                        break  # it is before
+                    continue
+                packet.pts, packet.dts = stamp - begin, int(decode[at])
+                yield packet
+                at += 1
+                if at == len(stamps):
+                    return
+            if at:
+                return
+
+
+def _demuxed(container: Any, place: int, back: float) -> Iterator[Any]:
+    """Yield the packets with pictures from some seconds before a place on."""
+    _seek(container, place, back)
+    yield from (packet for packet in container.demux(main_stream(container)) if packet.size)
+
+
+def _seek(container: Any, place: int, back: float) -> None:
+    if np.isfinite(back):
         stream = main_stream(container)
-        container.seek(key, stream=stream, backward=True)
-        left = -1
-        for packet in container.demux(stream):
-            stamp = packet.pts if packet.pts is not None else packet.dts
-            if left < 0 and stamp != key:
-                continue
-            left = count if left < 0 else left
-            if not left or not packet.size:
-                break
-            left -= 1
-            packet.pts, packet.dts = stamp - begin, (packet.dts if packet.dts is not None else stamp) - begin
-            yield packet
+        container.seek(max(place - round(back / float(stream.time_base)), stream.start_time or 0), stream=stream,
+                       backward=True)
+
+
+def _frames(path: Path, begin: int, latest: int) -> Iterator[tuple[Any, Look]]:
+    """Yield the pictures from one tick to another, and how they are shown."""
+    for back in _BACK:
+        with opened(path) as container:
+            _seek(container, begin, back)
+            early = False
+            for _, frame, look in decoded(container):
+                if frame.pts is None or frame.pts < begin:
+                    early = True
+                    continue
+                if not early and frame.pts > begin and back < _BACK[-1]:
+                    break  # it is before
+                if frame.pts > latest:
+                    return
+                early = True
+                yield frame, look
+            if early:
+                return
 
 
 def _mux(out: Path, path: Path, packets: Iterator[Any], samples: np.ndarray) -> None:
@@ -129,18 +176,18 @@ def _mux(out: Path, path: Path, packets: Iterator[Any], samples: np.ndarray) -> 
             track.finish()
 
 
-def _stamps(path: Path) -> list[int]:
-    """When the pictures of a copy are shown, in its ticks; the first is decoded, to see that it can be."""
+def _stamps(path: Path) -> np.ndarray:
+    """When the pictures of a copy are shown, in seconds; the first is decoded, to see that it can be."""
+    with opened(path) as container:
+        if not container.streams.video or (first := next(container.decode(main_stream(container)), None)) is None:
+            return np.zeros(0)
+        if first.pts != 0:
+            return np.zeros(0)
     with opened(path) as container:
         stream = main_stream(container)
-        first = next(container.decode(stream), None)
-        if first is None or first.pts != 0:
-            return []
-        base = Fraction(stream.time_base)
-    with opened(path) as container:
-        found = sorted(packet.pts for packet in container.demux(main_stream(container))
-                       if packet.size and packet.pts is not None and not packet.is_discard)
-    return [int(stamp) for stamp in found] if base else []
+        found = [packet.pts for packet in container.demux(stream)
+                 if packet.size and packet.pts is not None and not packet.is_discard]
+        return np.sort(np.array(found, float)) * float(stream.time_base)
 
 
 def _sound(sound: Path, index: PictureIndex, begin: int, latest: int) -> np.ndarray:
@@ -154,15 +201,10 @@ def _encoded(path: Path, index: PictureIndex, sound: Path, first: int, last: int
     shown = index.shown
     begin, latest = int(shown[first]), int(shown[last - 1])
     samples = _sound(sound, index, begin, latest)
-    with files.replacing(out) as temporary, opened(path) as container, av.open(
+    with files.replacing(out) as temporary, av.open(
             str(temporary), "w", format="mp4", options={"movflags": "faststart"}) as made:
-        container.seek(begin, stream=main_stream(container), backward=True)
         stream, track, count = None, None, 0
-        for _, frame, look in decoded(container):
-            if frame.pts is None or frame.pts < begin:
-                continue
-            if frame.pts > latest:
-                break
+        for frame, look in _frames(path, begin, latest):
             image = look.upright(frame.to_ndarray(format="rgb24"))
             if stream is None:
                 stream = video_stream(made, image.shape, 1 / index.base, _QUALITY, look.upright_pixel)

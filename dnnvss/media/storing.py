@@ -85,7 +85,9 @@ def _placed(blocks: Iterator[tuple[float, np.ndarray]], mix: Mix, channels: int,
 
 def stored(path: str | Path) -> np.ndarray:
     """The samples (n,) int16 of a wav file that :func:`store_sound` wrote, mapped and not read."""
-    return np.memmap(path, "<i2", "r", offset=_HEADER)
+    samples: np.ndarray = files.read(path, lambda p: np.memmap(p, "<i2", "r", offset=_HEADER),
+                                     "Delete the folder .stages of the corpus and prepare it again")
+    return samples
 
 
 def stretch(path: str | Path, rate: int, start: float, end: float) -> np.ndarray:

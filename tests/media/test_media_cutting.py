@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from films import film, number_of, pictures
+from films import QUARTER, UPRIGHT, film, number_of, pictures
 
 from dnnvss.errors import DnnvssError
-from dnnvss.media import read_audio, timed_audio, timed_frames
+from dnnvss.media import read_audio, timed_audio, timed_frames, video_info
 from dnnvss.media.cutting import cut
 from dnnvss.media.index import picture_index, seconds_of
 from dnnvss.media.storing import store_sound, stored, stretch
@@ -41,6 +41,21 @@ def test_a_copy_has_the_very_pictures_and_the_sound_of_its_place(recording: Path
     there = read_audio(recording)[round(made.start * RATE) :][: len(sound)]
     lags = np.correlate(sound[2000:6000], there[2000:6000], "full")
     assert first == pytest.approx(0, abs=1e-3) and abs(int(lags.argmax()) - 3999) <= 1
+
+
+@pytest.mark.parametrize("kind", ["turned.mp4", "late.mkv", "stream.ts", "old.avi"])
+def test_containers_of_all_kinds_are_copied(kind: str, tmp_path: Path) -> None:
+    ticks = {"late.mkv": (range(12, 60), 24), "stream.ts": (range(0, 48 * 3750, 3750), 90000)}.get(kind, (range(48), 24))
+    film(path := tmp_path / kind, pictures(24) * 2, *ticks, sounds=[[(0.2, NOISE[:1])]],
+         codec="mpeg4" if kind == "old.avi" else "libx264", sound_codec="mp2" if kind == "stream.ts" else "pcm_s16le",
+         matrix=QUARTER if kind == "turned.mp4" else UPRIGHT, options=None if kind == "old.avi" else BETWEEN)
+    index = picture_index(path)
+    store_sound(path, wav := tmp_path / "48.wav", 48000, index.zero)
+    start = index.seconds(int(index.shown[12]))
+    made = cut(path, index, wav, start, start + 0.7, clip := tmp_path / "clip.mp4")
+    assert made.copied and made.first == 12 and video_info(clip).size == video_info(path).size
+    want = [image for _, image in islice(timed_frames(path), 12, made.end)]
+    np.testing.assert_array_equal([image for _, image in timed_frames(clip)], want)
 
 
 def test_what_cannot_be_copied_is_encoded_at_its_times(tmp_path: Path) -> None:
