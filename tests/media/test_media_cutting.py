@@ -45,7 +45,8 @@ def test_a_copy_has_the_very_pictures_and_the_sound_of_its_place(recording: Path
 
 @pytest.mark.parametrize("kind", ["turned.mp4", "late.mkv", "stream.ts", "old.avi"])
 def test_containers_of_all_kinds_are_copied(kind: str, tmp_path: Path) -> None:
-    ticks = {"late.mkv": (range(12, 60), 24), "stream.ts": (range(0, 48 * 3750, 3750), 90000)}.get(kind, (range(48), 24))
+    known = {"late.mkv": (range(12, 60), 24), "stream.ts": (range(0, 48 * 3750, 3750), 90000)}
+    ticks = known.get(kind, (range(48), 24))
     film(path := tmp_path / kind, pictures(24) * 2, *ticks, sounds=[[(0.2, NOISE[:1])]],
          codec="mpeg4" if kind == "old.avi" else "libx264", sound_codec="mp2" if kind == "stream.ts" else "pcm_s16le",
          matrix=QUARTER if kind == "turned.mp4" else UPRIGHT, options=None if kind == "old.avi" else BETWEEN)
