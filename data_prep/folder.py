@@ -1,6 +1,8 @@
 """Any folder of recordings: a video or a sound, its words and its landmarks for each sentence."""
 
+from collections import Counter
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 
 from data_prep.long_told import long_script
@@ -17,12 +19,13 @@ from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.landmarker import ROWS, mesh_groups
 from dnnvss.formats import LAYOUT_68, MESHES, Marks, read_landmarks, read_marks, read_timed_text
 from dnnvss.formats.htk import holds_times, is_transcript
-from dnnvss.media.folders import VIDEOS
+from dnnvss.media.folders import VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
 
 SOUNDS = (".wav", ".flac", ".mp3")
 """Kinds of sound beside a recording that has none; where an id has several, the first."""
 
+_LOOKED_AT = 10_000  # files in folders inside, at most
 _WORDS = "Write the words of the recording there"
 
 SEEN = 0.5
@@ -102,9 +105,18 @@ def _recordings(raw: Shelf) -> dict[str, Path | None]:
     tracked = {name for name, _ in raw.of_kind(".csv", ".npz")} | raw.pts_folders
     bare = {i for i in tracked - set(found) if not found or raw.get(i, ".txt", *SOUNDS)}
     if not found and not bare:
-        raise DnnvssError("holds no video and no landmarks", file=raw.root,
-                          remedy=f"Put videos there ({' '.join(VIDEOS)}), or landmarks (ID.csv, ID.npz) with sound")
+        raise DnnvssError("holds no video and no landmarks", file=raw.root, remedy=_inside(raw.root) or
+                          f"Put videos there ({' '.join(VIDEOS)}), or landmarks (ID.csv, ID.npz) with sound")
     return found | dict.fromkeys(sorted(bare))
+
+
+def _inside(root: Path) -> str:
+    """What to do where the videos lie in a folder of this one, as cameras leave them; nothing where they do not."""
+    videos = [p for p in islice(root.glob("*/**/*"), _LOOKED_AT) if p.suffix.lower() in VIDEOS and is_visible(p)]
+    if not videos:
+        return ""
+    folder, count = Counter(p.parent for p in videos).most_common(1)[0]
+    return f"{count} videos lie in {files.printable(str(folder))}: set corpus.raw to it"
 
 
 def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool, transcribe: bool) -> Source:
@@ -125,7 +137,8 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool,
         raise  # it says nothing about the recording
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
-    return Source(name, text, words, video, marks, alignment=times, sound=sound, notes=_told(transcript, video))
+    notes = _told(transcript, video) + _others(raw, name, video)
+    return Source(name, text, words, video, marks, alignment=times, sound=sound, notes=notes)
 
 
 def _cut_or_guessed(raw: Shelf, name: str, video: Path, variant: str, find: bool, transcribe: bool) -> Source | None:
@@ -171,6 +184,12 @@ def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:
     if (shown := files.printable(path.name)) != path.name:
         notes.append(f"the name {shown} is not UTF-8 and was read as cp1252")
     return tuple(notes)
+
+
+def _others(raw: Shelf, name: str, video: Path | None) -> tuple[str, ...]:
+    """A note where there are several videos of one name."""
+    kinds = [suffix for suffix in VIDEOS if raw.get(name, suffix) not in (None, video)] if video is not None else []
+    return (f"there is also {name}{', '.join(kinds)}: {video.name} is taken",) if video is not None and kinds else ()
 
 
 def _landmarks(raw: Shelf, name: str) -> tuple[Path, ...]:

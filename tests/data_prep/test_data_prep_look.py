@@ -72,6 +72,13 @@ def test_words_that_are_yet_to_be_written_down_are_no_reason_to_drop(recordings:
     assert "No text is known yet" in page and "<b>0 s</b><span>of speech" not in page
 
 
+def test_of_several_videos_of_a_name_one_is_taken_and_told(recordings: Path, tmp_path: Path) -> None:
+    raw = Path(shutil.copytree(recordings, tmp_path / "raw"))
+    shutil.copy(raw / "demo_000.mp4", raw / "demo_000.MOV")
+    page = prepare_folder(raw, tmp_path / "out", then=first_look).read_text()
+    assert "there is also demo_000.mov: demo_000.mp4 is taken" in page
+
+
 def test_of_a_long_recording_a_part_is_looked_at(recordings: Path, tmp_path: Path,
                                                         monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sample, "LONG", 1.0)

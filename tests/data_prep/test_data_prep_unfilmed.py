@@ -169,3 +169,7 @@ def test_a_folder_with_nothing_says_so(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(DnnvssError, match="holds no video and no landmarks"):
         prepare_folder(tmp_path / "empty", tmp_path / "out", jobs=1)
+    (tmp_path / "empty" / "DCIM" / "100").mkdir(parents=True)
+    (tmp_path / "empty" / "DCIM" / "100" / "A.MP4").touch()
+    with pytest.raises(DnnvssError, match=r"1 videos lie in .*100: set corpus.raw to it"):
+        prepare_folder(tmp_path / "empty", tmp_path / "out")
