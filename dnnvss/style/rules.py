@@ -43,8 +43,8 @@ class PhoneRule:
             clock: the trajectory clock.
             gauge: what is measured.
             frames: T.
-            first: constraints that come first: a phone in which one of them asks the same gauge for values
-                outside the rule's range is left to it.
+            first: constraints that come first: a phone in which one of them asks the same gauge, in whatever unit,
+                for values outside the rule's range is left to it.
         """
         parts = [Constraints.none(len(gauge.vector))]
         for segment, at in phone_frames(tier, clock, self.phones, frames, self.part):
@@ -55,9 +55,12 @@ class PhoneRule:
         return Constraints.joined(parts)
 
     def _forbidden(self, first: Constraints, gauge: Gauge, at: np.ndarray) -> bool:
-        same = np.isin(first.frames, at) & (first.streams == 0) & (first.vectors == gauge.vector).all(axis=1)
-        low, high = (bound[same] + gauge.constant for bound in (first.low, first.high))
-        return bool(((low > self.high) | (high < self.low)).any())
+        size = first.vectors @ gauge.vector / max(float(gauge.vector @ gauge.vector), 1e-300)
+        off = np.abs(first.vectors - size[:, None] * gauge.vector).max(axis=1, initial=0)
+        along = (size != 0) & (off <= 1e-9 * np.abs(first.vectors).max(axis=1, initial=0))
+        same = np.isin(first.frames, at) & (first.streams == 0) & along
+        ends = np.stack([first.low[same], first.high[same]]) / size[same] + gauge.constant
+        return bool(((ends.min(axis=0) > self.high) | (ends.max(axis=0) < self.low)).any())
 
 
 def closure(closed: float, **changes: object) -> PhoneRule:

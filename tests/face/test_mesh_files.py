@@ -158,6 +158,10 @@ def _wrong_type(d):
     d["accessors"][0]["type"] = "MAT4"
 
 
+def _many_faces(d):
+    d["meshes"][0]["primitives"] *= 400_000
+
+
 def _text(d):
     d["accessors"] = "none"
 
@@ -180,6 +184,7 @@ def _remote(d):
         _draco,
         _no_mesh,
         _wrong_type,
+        _many_faces,
         _text,
         _outside,
         _remote,

@@ -24,7 +24,10 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.videos import write_side_by_side
+from dnnvss.face.mesh import packaged_head
+from dnnvss.face.mesh.gltf_read import read_gltf
 from dnnvss.formats import read_alignment, write_alignment
+from dnnvss.formats.curves import read_curves
 from dnnvss.media import read_audio, read_video, video_info
 from dnnvss.phones import BILABIALS
 from dnnvss.runs.bundle import BundleIndex
@@ -291,12 +294,52 @@ def test_curves_have_a_line_for_each_picture(home: Path) -> None:
     assert rows[closed, 2].min() < rows[:, 2].mean()
 
 
+def test_speech_moves_the_head_of_an_animators_program(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = speak(home, "rig.mp4", "text='my papa'", "render=face+head", f"export_rig={home}/rig.glb",
+                f"export_visemes={home}/rig.tsv")
+    assert "of the mouth's width RMS is not reached" in capsys.readouterr().out
+    assert (home / "rig.fit.png").is_file() and read_video(out).shape[2] > read_video(out).shape[1]
+    speak(home, "rig.mp4", "text='my papa'", f"export_rig={home}/rig.csv", "rig_rate=60", "rig_timecode=10:00:00:00")
+    taken, head = read_curves(home / "rig.csv"), packaged_head()
+    assert taken.times is not None and taken.times[0] == 36000 and len(taken.times) > 60
+    ring = head.curves["lips_inner"]
+    vertices = head.vertices(head.weights(dict(zip(taken.names, taken.values.T, strict=True))))
+    gap = 1000 * (vertices[:, ring[9], 1] - vertices[:, ring[-9], 1])
+    phones = read_alignment(home / "rig.TextGrid")["phones"]
+    closed = [i for s, at in phone_frames(phones, FrameClock(60), BILABIALS, len(gap)) for i in at]
+    opened = [i for s, at in phone_frames(phones, FrameClock(60), ("AA", "AY"), len(gap)) for i in at]
+    assert gap[closed].min() < 1.5 < 4 < gap[opened].max()
+    assert read_gltf(home / "rig.glb").names[:52] == head.names
+    assert (home / "rig.tsv").read_text().startswith("0.00\tX")
+
+
+@pytest.mark.parametrize("kind", ["plain", "arkit"])
+def test_curves_that_were_edited_come_back_as_keys(home: Path, kind: str) -> None:
+    asked = ("text='my papa'", f"rig_curves={kind}", "rig_rate=50")
+    speak(home, "back.mp4", *asked, f"export_rig={home}/back.csv")
+    lines = [line.split(",") for line in (home / "back.csv").read_text().splitlines()]
+    column = lines[0].index("open" if kind == "plain" else "JawOpen")
+    before = np.array([float(line[column]) for line in lines[1:]])
+    for line in lines[21:25]:
+        line[column] = str(float(line[column]) + 0.2)
+    (home / "edited.csv").write_text("\n".join(map(",".join, lines)) + "\n")
+    speak(home, "back.mp4", *asked, f"import_curves={home}/edited.csv", f"export_edits={home}/edits.csv",
+          f"export_rig={home}/again.csv")
+    again = (home / "again.csv").read_text().splitlines()[1:]
+    moved = np.array([float(line.split(",")[column]) for line in again]) - before
+    assert moved[20:24].mean() > 0.1 and np.abs(moved[45:]).max() < 0.05
+    assert all(key.phone for key in read_keys(home / "edits.csv"))
+    speak(home, "slow.mp4", "text='my papa'", "speed=0.8", f"import_keys={home}/edits.csv")
+
+
 @pytest.mark.parametrize("wrong, message", [
+    ("export_rig=x.fbx", r"cannot be written as \.fbx"), ("export_edits=k.csv", "needs curves that were edited"),
+    ("export_visemes=x.csv", r"visemes of rhubarb are not written as \.csv"), ("rig_timecode=1:2", "no time code"),
     ("speed=fast", "speed=fast is no number"), ("key_names=aperture", "key_names=aperture is no list"),
     ("key_positions=[2]", r"key_positions\[0\]=2 is too much"),
     ("key_positions=null", "key_positions=null is no list"), ("total=abc", "total=abc is no number"),
     ("wav=nothing.wav", "nothing.wav: no such file.*given as wav="),
-    ("out=", r"out= does not end in \.mp4"), ("rate=1e9", "rate=1000000000 is too much. Give 1000 at most"),
+    ("out=", r"out= does not end in \.mp4"), ("rate=1e9", "rate=1000000000"),
     ("out=x.npz", r"out=x\.npz does not end in \.mp4.*export_curves"),
     ("export_curves=x.txt", r"export_curves=x\.txt does not end in \.csv"),
     ("+style.groups.jaw=[aam99]", "named 'aam99'"), ("+style.by_group.jaw=2", "no group is named 'jaw'"),

@@ -5,9 +5,11 @@ import pytest
 from face.face_cases import LinearFace, rig
 
 from dnnvss.face.base import Gauge
-from dnnvss.style import Talker
+from dnnvss.style import Key, Talker, key_constraints
 from dnnvss.style.plain import chin_gauge, plain_gauges
+from dnnvss.style.rules import closure
 from dnnvss.style.within import Reach
+from dnnvss.timing import FrameClock, Tier
 
 OPEN, WIDE = (
     Gauge("aperture", np.array([2.0, 0.0]), 3.0),
@@ -49,3 +51,15 @@ def test_without_a_range_three_deviations_are_the_largest_and_a_face_of_numbers_
     bare = Talker(np.ones(2), np.full(2, np.nan), np.ones(2), {}, {})
     assert plain_gauges(FACE, bare)["open"](np.array([3.0, 0])) == pytest.approx(1)
     assert plain_gauges(rig(2), bare) == {}
+
+
+def test_a_key_in_plain_units_wins_over_a_closure_as_one_in_pixels_does() -> None:
+    clock, tier = FrameClock(50), Tier("phones", [(0, 0.2, "AA"), (0.2, 0.4, "P"), (0.4, 0.6, "AA")])
+    plain = plain_gauges(FACE, TALKER)
+    rule = closure(2.0)
+    assert len(rule.constraints(tier, clock, OPEN, 30).frames)
+    for key in (Key(0.3, "open", 0.5, 0.5), Key(0.3, "aperture", 7.0, 7.0)):
+        held = key_constraints([key], {**plain, "aperture": OPEN}, clock, 30)
+        assert not len(rule.constraints(tier, clock, OPEN, 30, held).frames)
+    agrees = key_constraints([Key(0.3, "open", 0.0, 0.0)], plain, clock, 30)
+    assert len(rule.constraints(tier, clock, OPEN, 30, agrees).frames), "0 is rest, an aperture of 1"

@@ -100,7 +100,7 @@ class _Reader:
     def __init__(self, path: Path, document: dict[str, Any], binary: bytes | None) -> None:
         self.path, self.document, self.binary = path, document, binary
         self.kept: dict[str | None, bytes] = {}
-        self.vertices = 0
+        self.vertices = self.corners = 0
 
     def head(self) -> Head:
         nodes, pieces = self._nodes(), []
@@ -161,6 +161,8 @@ class _Reader:
             else np.arange(len(vertices))
         )
         corners = listed[: len(listed) // 3 * 3].reshape(-1, 3)
+        self.corners += len(corners)
+        check_size(self.vertices, self.corners)
         if len(corners) and corners.max() >= len(vertices):
             raise ValueError(f"a triangle names vertex {corners.max()} of {len(vertices)}")
         targets = primitive.get("targets", [])
