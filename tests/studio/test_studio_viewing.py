@@ -179,6 +179,8 @@ def test_the_headphone_check_counts_what_is_heard(browser: Browser, tmp_path: Pa
     with Server(ViewingDesk(test).page()) as server:
         browser.call("Page.navigate", url=server.url)
         browser.wait("document.readyState === 'complete' && typeof state === 'object'")
+        browser.ask("""window.played = 0; window.real = tones;
+            tones = order => played++ ? Promise.resolve() : real(order)""")  # once is enough
         sections = through(browser)
         browser.wait("state.sent")
         tones = browser.ask("state.device.tones")
