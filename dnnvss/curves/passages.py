@@ -1,6 +1,6 @@
 """Long trajectories a passage at a time: what a frame does to another dies out, so that the far ones need no memory."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -24,15 +24,21 @@ def in_passages(frames: int, work: Callable[[slice], np.ndarray]) -> np.ndarray:
     if frames <= LONG:
         return work(slice(0, frames))
     out: np.ndarray | None = None
-    for first in range(0, frames, _PASSAGE):
-        last = min(first + _PASSAGE, frames)
-        around = slice(max(first - _MARGIN, 0), min(last + _MARGIN, frames))
+    for first, last, around in spans(frames):
         rows = work(around)[first - around.start : last - around.start]
         if out is None:
             out = np.empty((frames, *rows.shape[1:]), rows.dtype)
         out[first:last] = rows
     assert out is not None
     return out
+
+
+def spans(frames: int) -> Iterator[tuple[int, int, slice]]:
+    """Yield the first frame of each passage, the one after its last, and the slice with its margins."""
+    step = frames if frames <= LONG else _PASSAGE
+    for first in range(0, frames, step):
+        last = min(first + step, frames)
+        yield first, last, slice(max(first - _MARGIN, 0), min(last + _MARGIN, frames))
 
 
 def cut(variance: Any, frames: int, around: slice) -> Any:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from dnnvss.curves import Constraints, constrain, hold, mlpg, passages
+from dnnvss.curves import Constraints, constrain, hold, mlpg, passages, resample
 from dnnvss.curves.passages import cut, in_passages
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
+from dnnvss.timing import FrameClock
 
 FRAMES, COLUMNS = 1500, 3
 
@@ -59,3 +60,13 @@ def test_constraints_of_a_passage_are_counted_from_its_start() -> None:
     with pytest.raises(DnnvssError, match="of frame"):
         keys().check(100, STATIC_DELTA_DELTA2)
 
+
+
+@pytest.mark.parametrize("rates", [(100, 25), (25, 100), ("29.97", 24)])
+def test_another_rate_in_passages_is_that_of_the_whole(rates: tuple[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    source, target = (FrameClock(rate) for rate in rates)
+    trajectory = prediction()[0][:, 0]
+    whole = resample(trajectory, source, target)
+    for name, value in (("LONG", 400), ("_PASSAGE", 350), ("_MARGIN", 60)):
+        monkeypatch.setattr(passages, name, value)
+    np.testing.assert_allclose(resample(trajectory, source, target), whole, atol=1e-12)
