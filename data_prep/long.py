@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ from dnnvss.archives import read_arrays
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import in_order, read_timed_text
 from dnnvss.speech.align_doubt import Word
-from dnnvss.speech.matching import matched, trusted
+from dnnvss.speech.matching import matched, settled, trusted
 from dnnvss.speech.passages import Passage, passages, widened
 from dnnvss.speech.recognise import HeardWord, write_vocabulary
 from dnnvss.speech.utterances import edges, utterances
@@ -159,7 +160,8 @@ def _recognised(works: Sequence[_Work], shop: Workshop) -> None:
         count = len(pieces_of(work.loud)[1])
         heard = [HeardWord(*row) for k in range(count) for row in found[f"{name}_{k:05d}"].get("words", [])]
         wanted, said = [number[w] for w in work.script.words], [word.word for word in heard]
-        places = matched(wanted, said)
+        silent = [b.start - a.end for a, b in pairwise(heard)]
+        places = settled(matched(wanted, said), said, np.array([np.inf, *silent, np.inf]))
         good = trusted(wanted, said, places)
         work.passages = passages(work.spans, heard, places, good, len(wanted))
 

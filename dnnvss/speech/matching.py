@@ -89,3 +89,44 @@ def trusted(text: Sequence[int], heard: Sequence[int], places: np.ndarray, reach
         good[k] = any(side.sum() >= max(3, share * len(side)) for side, share in (
             (close, 0.5), (close[: middle + 1], 0.75), (close[middle:], 0.75)))
     return good if len(said) > 2 else same
+
+
+def settled(places: np.ndarray, heard: Sequence[int], pauses: np.ndarray) -> np.ndarray:
+    """The same matches (m,), with what the text does not have between the longest pauses.
+
+    Where the words before such a stretch are also its last ones, or those behind it its first, it can as well
+    lie a few words earlier or later: ``lay`` of *lay red* is not said before a sentence that is left out.
+
+    Args:
+        places: as :func:`matched` gives them.
+        heard: the words (m,).
+        pauses: (m + 1,) seconds of silence before each heard word, and behind the last.
+    """
+    found, start = places.copy(), 0
+    while start < len(found):
+        if found[start] >= 0:
+            start += 1
+            continue
+        end = start
+        while end < len(found) and found[end] < 0:
+            end += 1
+        shifts = _shifts(found, heard, start, end)
+        best = max(shifts, key=lambda s: (pauses[start + s] + pauses[end + s], -abs(s)))
+        kept = [int(k) for k in found[start + min(best, 0) : end + max(best, 0)] if k >= 0]
+        found[start + min(best, 0) : end + max(best, 0)] = -1
+        if best < 0:
+            found[end + best : end] = kept
+        elif best > 0:
+            found[start : start + best] = kept
+        start = end + max(best, 0)
+    return found
+
+
+def _shifts(places: np.ndarray, heard: Sequence[int], start: int, end: int) -> list[int]:
+    """By how many words a stretch that stands for nothing can be moved."""
+    back, on = 0, 0
+    while start + back > 0 and places[start + back - 1] >= 0 and heard[start + back - 1] == heard[end + back - 1]:
+        back -= 1
+    while end + on < len(heard) and places[end + on] >= 0 and heard[start + on] == heard[end + on]:
+        on += 1
+    return list(range(back, on + 1))

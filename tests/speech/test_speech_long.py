@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from dnnvss.speech import matching
 from dnnvss.speech.activity import louder, stretches
 from dnnvss.speech.grams import trigrams
-from dnnvss.speech.matching import OTHER, SKIP, matched, trusted
+from dnnvss.speech.matching import OTHER, SKIP, matched, settled, trusted
 from dnnvss.speech.passages import Passage, passages, widened
 from dnnvss.speech.recognise import HeardWord
 from dnnvss.speech.utterances import Timed, edges, utterances
@@ -40,6 +40,16 @@ def test_the_cheapest_match_is_found_in_any_memory(text: list[int], heard: list[
         found = matched(text, heard)
     places = found[found >= 0]
     assert (np.diff(places) > 0).all() and cost(text, heard, found) == pytest.approx(least(text, heard))
+
+
+def test_what_is_left_out_lies_between_pauses() -> None:
+    heard = [1, 2, 3, 1, 4, 5, 1, 6, 7]  # 1 2 3 | 1 4 5 | 1 6 7, and the text has 1 2 3 1 6 7
+    pauses = np.array([9, 0, 0, 1, 0, 0, 1, 0, 0, 9.0])
+    want = [0, 1, 2, -1, -1, -1, 3, 4, 5]
+    for given_ in (want, [0, 1, 2, 3, -1, -1, -1, 4, 5]):
+        assert settled(np.array(given_), heard, pauses).tolist() == want
+    back = settled(np.array([-1, -1, -1, 0, 1, 2]), [1, 2, 3, 1, 2, 3], np.array([0, 0, 0, 0, 0, 0, 1.0]))
+    assert back.tolist() == [0, 1, 2, -1, -1, -1]
 
 
 def test_words_that_agree_by_chance_are_not_trusted() -> None:
