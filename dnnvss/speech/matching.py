@@ -94,8 +94,8 @@ def trusted(text: Sequence[int], heard: Sequence[int], places: np.ndarray, reach
 def settled(places: np.ndarray, heard: Sequence[int], pauses: np.ndarray) -> np.ndarray:
     """The same matches (m,), with what the text does not have between the longest pauses.
 
-    Where the words before such a stretch are also its last ones, or those behind it its first, it can as well
-    lie a few words earlier or later: ``lay`` of *lay red* is not said before a sentence that is left out.
+    Where the words before such a stretch are also its last ones, or those behind it its first, or nearly so, it can as
+    well lie a few words earlier or later: ``lay`` of *lay red* is not said before a sentence that is left out.
 
     Args:
         places: as :func:`matched` gives them.
@@ -111,7 +111,8 @@ def settled(places: np.ndarray, heard: Sequence[int], pauses: np.ndarray) -> np.
         while end < len(found) and found[end] < 0:
             end += 1
         shifts = _shifts(found, heard, start, end)
-        best = max(shifts, key=lambda s: (pauses[start + s] + pauses[end + s], -abs(s)))
+        best = max(shifts, key=lambda s: (np.minimum(pauses[[start + s, end + s]], _SILENT).sum() - WORTH * shifts[s],
+                                          -abs(s)))
         kept = [int(k) for k in found[start + min(best, 0) : end + max(best, 0)] if k >= 0]
         found[start + min(best, 0) : end + max(best, 0)] = -1
         if best < 0:
@@ -122,11 +123,21 @@ def settled(places: np.ndarray, heard: Sequence[int], pauses: np.ndarray) -> np.
     return found
 
 
-def _shifts(places: np.ndarray, heard: Sequence[int], start: int, end: int) -> list[int]:
-    """By how many words a stretch that stands for nothing can be moved."""
-    back, on = 0, 0
-    while start + back > 0 and places[start + back - 1] >= 0 and heard[start + back - 1] == heard[end + back - 1]:
-        back -= 1
-    while end + on < len(heard) and places[end + on] >= 0 and heard[start + on] == heard[end + on]:
-        on += 1
-    return list(range(back, on + 1))
+_SILENT, WORTH = 1.0, 0.6
+"""Seconds of a pause beyond which a longer one tells no more, and that are worth a word that was heard otherwise."""
+_OTHERS = 2
+
+
+def _shifts(places: np.ndarray, heard: Sequence[int], start: int, end: int) -> dict[int, int]:
+    """By how many words a stretch that stands for nothing can be moved, and how many words would then be others."""
+    found, others, k = {0: 0}, 0, 0
+    while start - k > 0 and places[start - k - 1] >= 0 and others <= _OTHERS:
+        others += heard[start - k - 1] != heard[end - k - 1]
+        k += 1
+        found[-k] = others
+    others, k = 0, 0
+    while end + k < len(heard) and places[end + k] >= 0 and others <= _OTHERS:
+        others += heard[start + k] != heard[end + k]
+        k += 1
+        found[k] = others
+    return found

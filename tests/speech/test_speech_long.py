@@ -48,6 +48,8 @@ def test_what_is_left_out_lies_between_pauses() -> None:
     want = [0, 1, 2, -1, -1, -1, 3, 4, 5]
     for given_ in (want, [0, 1, 2, 3, -1, -1, -1, 4, 5]):
         assert settled(np.array(given_), heard, pauses).tolist() == want
+    nearly = settled(np.array([0, 1, 2, 3, -1, -1, -1, 4, 5]), [1, 2, 3, 1, 4, 5, 9, 6, 7], pauses)
+    assert nearly.tolist() == want  # 9 was heard for 1
     back = settled(np.array([-1, -1, -1, 0, 1, 2]), [1, 2, 3, 1, 2, 3], np.array([0, 0, 0, 0, 0, 0, 1.0]))
     assert back.tolist() == [0, 1, 2, -1, -1, -1]
 
