@@ -66,7 +66,7 @@ def can_show_head(run: Run) -> bool:
     """Whether the packaged head can be moved by a run's parameters."""
     if isinstance(run.face, RigFace):
         return moves(packaged_head(), dict.fromkeys(run.face.all_curves, np.zeros(0)))
-    return "lips_outer" in run.face.contours
+    return bool({"lips_outer", "lips"} & set(run.face.contours))
 
 
 def head_pictures(

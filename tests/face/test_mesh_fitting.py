@@ -36,6 +36,17 @@ def test_points_of_the_heads_own_curves_find_themselves(axes):
     assert np.median(away) < 5e-4 and away.max() < 8e-3
 
 
+def test_markers_on_the_lips_alone_open_the_mouth():
+    weights = swing(40, "jawOpen")
+    points, contours = captured(weights)
+    (neutral,), _ = captured(np.zeros((1, 52)))
+    markers = {"lips": list(contours["lips_outer"])[::3], "jaw": list(contours["face_oval"])[::2], "brow": [0, 1]}
+    fitted = OnHead.of(HEAD, markers, neutral).fit(points)
+    ring = HEAD.curves["lips_inner"]
+    gaps = [v[:, ring[9], 1] - v[:, ring[-9], 1] for v in (HEAD.vertices(weights), HEAD.vertices(fitted.weights))]
+    assert np.corrcoef(*gaps)[0, 1] > 0.99
+
+
 def test_a_markup_of_other_names_is_told():
     with pytest.raises(DnnvssError, match="runs round the lips"):
         match_contours(HEAD, {"left_ear": [0, 1, 2]}, np.zeros((3, 2)))

@@ -18,7 +18,9 @@ _FLIP = np.array([1, -1, 1])
 _HEED = {"lips_outer": 1.0, "lips_inner": 1.0, "face_oval": 0.5}
 """How much points of a group count; those of others count :data:`_ELSE`."""
 _ELSE, _GAP = 0.3, 4.0
-"""What other points count, and the distances between inner lips that face each other."""
+"""What other points count, and the distances between points of the lips that face each other."""
+_LIPS = ("lips_inner", "lips_outer")
+"""Rings whose opposite points tell the gap: the first of them that the face has."""
 _OTHER_EYE = ("eye", "brow")
 """Beginnings of shapes that the points of mouth and jaw do not tell, where no eye or brow is among them."""
 
@@ -189,10 +191,11 @@ class OnHead:
     def _heed(self) -> np.ndarray:
         """What is compared of the points (m, n): each by what it counts, and the gaps between the lips."""
         own = np.diag([_HEED.get(name[:-2], _ELSE) for name in self.places.names])
-        inner = np.flatnonzero([name.startswith("lips_inner") for name in self.places.names])
-        if len(inner) < 4:
+        rings = [[name.startswith(ring) for name in self.places.names] for ring in _LIPS]
+        lips = next((np.flatnonzero(ring) for ring in rings if sum(ring) >= 4), None)
+        if lips is None:
             return own
-        pairs, _ = lip_pairs(self._at_rest[:, :2] * _FLIP[:2], inner)
+        pairs, _ = lip_pairs(self._at_rest[:, :2] * _FLIP[:2], lips)
         gaps = np.zeros((len(pairs), len(own)))
         gaps[np.arange(len(pairs)), pairs[:, 0]] = _GAP
         gaps[np.arange(len(pairs)), pairs[:, 1]] = -_GAP

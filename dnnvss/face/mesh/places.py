@@ -8,7 +8,7 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh.head import Head
 
-OTHER_NAMES = {"jaw": "face_oval"}
+OTHER_NAMES = {"jaw": "face_oval", "lips": "lips_outer"}
 """Groups of other markups by the name of the head's curve."""
 _LIPS, _RINGS = ("lips_outer", "lips_inner"), ("right_eye", "left_eye")
 _FINE = 16
