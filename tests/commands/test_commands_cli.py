@@ -77,7 +77,7 @@ def test_other_settings_are_left_to_hydra() -> None:
 
 
 @pytest.mark.parametrize("typed, said", [
-    ("train corpus=ann", "corpus=ann is unknown. Did you mean corpus=folder corpus.name=ann? There are demo, folder"),
+    ("train corpus=ann", "corpus=ann is unknown. Did you mean corpus=folder corpus.name=ann? There are demo, facegood"),
     ("train corpus=gird", "corpus=gird is unknown. Did you mean corpus=grid?"),
     ("train trainer.epoch=3", "trainer.epoch is no setting of train. Did you mean trainer.epochs=3?"),
     ("train model=feedforwrd", "model=feedforwrd is unknown. Did you mean model=feedforward?"),

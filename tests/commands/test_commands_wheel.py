@@ -52,7 +52,7 @@ def test_commands_of_an_installed_wheel_work_outside_the_clone(wheel: Path, tmp_
 
     overview = run("--help")
     assert overview.returncode == 0 and all(f"  {name} " in overview.stdout for name in COMMANDS)
-    assert "corpus=... one of: demo, folder, grid" in run("train", "--help").stdout
+    assert "corpus=... one of: demo, facegood, folder, grid" in run("train", "--help").stdout
     assert run("features").stdout.startswith("# Features")
     made = run("prepare", "corpus=demo", "corpus.sentences=3", "corpus.size=64", f"corpus.out={elsewhere}/c", "jobs=1")
     assert made.returncode == 0, made.stderr
