@@ -8,7 +8,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.agreement import krippendorff
 from dnnvss.evaluation.viewing.bradley_terry import fit_bradley_terry
 from dnnvss.evaluation.viewing.mixed import fit_mixed
-from dnnvss.evaluation.viewing.power import Viewers, fewest, power, power_table, simulated_shares
+from dnnvss.evaluation.viewing.power import Viewers, fewest, power, power_table, simulated_differences, simulated_shares
 from dnnvss.evaluation.viewing.ranks import (
     friedman,
     kruskal_wallis,
@@ -181,13 +181,16 @@ def test_intervals_cover_the_truth_in_95_percent_of_simulations(careless: float)
     rng = np.random.default_rng(6)
     assumed = Viewers(trials=20, spread=0.1, careless=careless)
     truth = 0.7 * (1 - careless) + 0.5 * careless
-    hit, majority, exact = 0, 0, 0.7
+    scoring = Viewers(trials=20, spread=8, noise=20, careless=careless)
+    hit, majority, points, exact = 0, 0, 0, 0.7
     for _ in range(1000):
         found = share_over_viewers(simulated_shares(20, 0.7, assumed, rng))
         hit += found.low <= truth <= found.high
+        scored = mean_interval(simulated_differences(20, 10, scoring, rng))
+        points += scored.low <= 10 * (1 - careless) <= scored.high
         count = exact_share(int(rng.binomial(400, exact)), 400)
         majority += count.low <= exact <= count.high
-    assert 930 <= hit <= 970 and 930 <= majority <= 970
+    assert all(930 <= covered <= 970 for covered in (hit, majority, points))
 
 
 @pytest.mark.slow
