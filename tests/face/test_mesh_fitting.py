@@ -9,7 +9,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh import packaged_head
 from dnnvss.face.mesh.fitting import OnHead
 from dnnvss.face.mesh.places import at_vertices, match_contours
-from dnnvss.face.mesh.warp import KERNELS, fit_warp
+from dnnvss.face.mesh.volume import KERNELS, fit_warp
 from dnnvss.face.mesh.weights import FitSettings, fit_weights, what_is_told
 
 HEAD = packaged_head()

@@ -10,7 +10,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.lips import lip_pairs
 from dnnvss.face.mesh.head import Head
 from dnnvss.face.mesh.places import Places, match_contours
-from dnnvss.face.mesh.warp import Warp, fit_warp, slopes
+from dnnvss.face.mesh.volume import Warp, fit_warp, slopes
 from dnnvss.face.mesh.weights import FitSettings, Told, fit_weights, what_is_told
 
 _FLIP = np.array([1, -1, 1])
@@ -155,18 +155,18 @@ class OnHead:
 
     def in_face(self, moved: np.ndarray) -> np.ndarray:
         """Small movement of the places (n, 3) on the head as movement (n, 2 or 3) of the face's points at rest."""
-        turns = slopes(self.warp, self._lifted(self.neutral))
+        turns = slopes(self.to_head, self._lifted(self.neutral))
         own = np.linalg.solve(turns + 1e-9 * np.eye(3), moved[..., None])[..., 0]
         return np.asarray(own[:, : self.axes] * self._flip / self._scale)
 
     @cached_property
-    def warp(self) -> Warp:
+    def to_head(self) -> Warp:
         """From the face's neutral, at the head's size, to the head's."""
         return fit_warp(self._lifted(self.neutral), self._at_rest, self.kernel)
 
     def movement(self, points: np.ndarray) -> np.ndarray:
         """How far the places move (F, n, 3) for points (F, P, 2 or 3), relative to the neutral."""
-        return self.warp(self._lifted(points)) - self.warp(self._lifted(self.neutral))
+        return self.to_head(self._lifted(points)) - self.to_head(self._lifted(self.neutral))
 
     @cached_property
     def moved_by_shapes(self) -> np.ndarray:

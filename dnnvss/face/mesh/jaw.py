@@ -11,7 +11,7 @@ import numpy as np
 from dnnvss.face.mesh.head import packaged_head
 from dnnvss.face.mesh.net import packaged_net
 from dnnvss.face.mesh.surface import Mesh
-from dnnvss.face.mesh.warp import Warp, slopes
+from dnnvss.face.mesh.volume import Warp, slopes
 
 CARRIED = ("lower_teeth", "tongue")
 """Parts that the jaw carries."""

@@ -18,7 +18,7 @@ from dnnvss.face.mesh.head import Head, packaged_head
 from dnnvss.face.mesh.jaw import Jaw, jaw_of
 from dnnvss.face.mesh.net import packaged_net
 from dnnvss.face.mesh.surface import Mesh
-from dnnvss.face.mesh.warp import Warp, fit_warp
+from dnnvss.face.mesh.volume import Warp, fit_warp
 
 _ROUNDS, _KEPT, _FACING = 40, 0.7, 0.5
 """Rounds of the search for the head in a mesh, the share of points that count, how alike normals are."""
