@@ -27,7 +27,7 @@ POINTED = [kind for kind in FACES if kind != "rig"]
 AAM_WORDS = r"\.(shape_modes|texture_modes|mean_shape|mean_texture|decode_shape|decode_texture|warp)\b(?!\()"
 LAYOUT = r"(?<!frame)\.layout\b(?!\()"
 """Which landmarks are what in a corpus: the business of kinds of faces and of what draws them."""
-KNOW_LAYOUTS = {"dnnvss/render/sketch.py", "dnnvss/studio/labelling.py"}
+KNOW_LAYOUTS = {"dnnvss/render/sketch.py", "dnnvss/studio/labelling.py", "dnnvss/evaluation/outside/lips.py"}
 DRAWS_AAM = {f"dnnvss/render/{name}.py" for name in ("filmed", "footage", "neutral", "patch", "renderer", "views")}
 
 
