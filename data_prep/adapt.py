@@ -85,14 +85,15 @@ def own_voice(phones: tuple[str, ...], features: list[np.ndarray], known: list[A
         phones: of the voice, silence among them.
         features: cepstra (T, 39) of each clip.
         known: the first alignment of each clip.
-        tasks: ``words`` and ``bounds`` (or None) of each clip.
+        tasks: ``words`` and ``bounds`` (or nothing) of each clip.
     """
     states = [first_states(_pieces(a), len(f), phones) for a, f in zip(known, features, strict=True)]
     voice = learn(features, states, phones, MIXTURES)
     for _ in counted(range(1, ROUNDS), "voice", unit="rounds"):
         for k in range(0, len(features), _TOGETHER):
             part = slice(k, k + _TOGETHER)
-            sentences, bounds = [[w for _, w in t["words"]] for t in tasks[part]], [t["bounds"] for t in tasks[part]]
+            sentences = [[w for _, w in t["words"]] for t in tasks[part]]
+            bounds = [t["bounds"] or None for t in tasks[part]]
             states[part] = [s for _, s, _ in segment(voice, features[part], sentences, bounds, SLACK)]
         voice = learn(features, states, phones, MIXTURES)
     return voice

@@ -39,7 +39,7 @@ def voice():
     pairs = [spoken(text, k) for k, text in enumerate(TEXTS)]
     phones = (*sorted({p for text in TEXTS for _, all_ways in ways(text) for way in all_ways for p in way}), SILENCE)
     return own_voice(phones, [cepstra(s) for s, _ in pairs], [a for _, a in pairs],
-                     [{"words": ways(text), "bounds": None} for text in TEXTS])
+                     [{"words": ways(text), "bounds": []} for text in TEXTS])
 
 
 def test_what_was_said_is_trusted_and_lies_near_the_truth(voice):
