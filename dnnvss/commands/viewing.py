@@ -15,9 +15,10 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
-from dnnvss.commands.conf import choices, conf_folder, read_choice
+from dnnvss.commands.conf import choices, conf_folder, read_file
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE, UsageError
+from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.design import Design
 from dnnvss.formats.tables import aligned
 from dnnvss.settings import read_settings
@@ -37,7 +38,11 @@ def read_design(name: str) -> Design:
     path = conf_folder() / _GROUP / f"{name}.yaml" if name in known else Path(name)
     if not path.is_file():
         raise UsageError(f"there is no design {name}", remedy=f"Use one of {', '.join(known)}, or a file of your own")
-    return read_settings(Design, read_choice(path), "")
+    try:
+        return read_settings(Design, read_file(path), "")
+    except DnnvssError as error:
+        remedy = (error.remedy or "").replace("to the command", "to this file")
+        raise DnnvssError(error.problem, file=path, remedy=remedy) from error
 
 
 def make(options: argparse.Namespace) -> None:
@@ -96,8 +101,12 @@ def analyse(options: argparse.Namespace) -> None:
 
     answers: Path = options.answers / "answers" if (options.answers / KEY).is_file() else options.answers
     test = options.test or answers.resolve().parent
+    sent = answer_files(answers)
+    if not (test / KEY).is_file():
+        raise DnnvssError(f"is the folder of no test: it has no {KEY}", file=test,
+                          remedy="Name the folder that dnnvss viewing make wrote: --test FOLDER")
     sheet = Sheet.open(test)
-    received = receive(sheet, answer_files(answers))
+    received = receive(sheet, sent)
     for name, why in sorted(received.refused.items()):
         print(f"refused {name!r}: {why}")
     result = concluded(sheet, received)

@@ -1,5 +1,6 @@
 """The pages of viewing tests: as a folder for any host, and as a server that hands out lists and takes answers."""
 
+import json
 import threading
 import time
 from collections.abc import Mapping
@@ -45,11 +46,15 @@ class ViewingDesk:
         folder: of the test, as ``dnnvss viewing make`` wrote it. Answers go to ``answers/`` in it.
 
     Raises:
-        DnnvssError: there is no such test.
+        DnnvssError: there is no such test, or stimuli of it are missing.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.sheet, self._lock = folder, Sheet.open(folder), threading.Lock()
+        videos = [files.inside(folder / PAGE / "stimuli", f"{s.id}.mp4") for s in self.sheet.stimuli]
+        if missing := [path for path in videos if not path.is_file()]:
+            raise DnnvssError(f"{len(missing)} of {len(videos)} stimuli are missing", file=missing[0],
+                              remedy="Run the command that made the test again: it renders what is missing")
         answers = files.make_folder(folder / ANSWERS)
         taken = receive(self.sheet, answer_files(answers)).answers
         self._done = {answer.viewer: answer.list for answer in taken.values()}
@@ -111,7 +116,7 @@ class ViewingDesk:
         path = self.folder / ANSWERS / f"{answer.viewer}.json"
         with self._lock:
             if path.exists():
-                if files.read_json(path) == _whole(answer):
+                if _kept(path) == _whole(answer):
                     return path.name
                 raise DnnvssError("another answer of this viewer is there already",
                                   remedy="Begin anew for another viewer")
@@ -125,10 +130,16 @@ def _known(viewer: str) -> bool:
     return len(viewer) == 32 and set(viewer) <= set("0123456789abcdef")
 
 
+def _kept(path: Path) -> Any:
+    """What a file of an answer holds, None where it is damaged."""
+    try:
+        return files.read_json(path)
+    except DnnvssError:
+        return None
+
+
 def _whole(answer: Answer) -> Any:
     """An answer as its file has it: lists for tuples."""
-    import json
-
     return json.loads(files.json_text(asdict(answer)))
 
 

@@ -11,9 +11,11 @@ import pytest
 from conftest import run_command
 from viewing_cases import CONF, design, plain, sheet_of, simulated
 
+from dnnvss import files
+from dnnvss.commands.viewing import read_design
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.analysis import analyse
-from dnnvss.evaluation.viewing.answers import MOST, Received, receive
+from dnnvss.evaluation.viewing.answers import MOST, Answer, Received, Row, receive
 from dnnvss.evaluation.viewing.design import Condition, conditions_of
 from dnnvss.evaluation.viewing.judgements import judgements, told
 from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
@@ -91,10 +93,19 @@ def test_designs_that_contradict_themselves_are_refused() -> None:
         conditions_of(replace(made, sound="engine", anchors=("through",)), ["x", "y"])
     with pytest.raises(DnnvssError, match="one sound"):
         conditions_of(replace(made, conditions=(Condition("a"), Condition("b", sound="silent"))), ["x"])
-    for change in ({"per_viewer": 9}, {"kind": "dscqs"}, {"kind": "intelligibility"},
-                   {"conditions": (Condition("a"), Condition("a"))}):
+    for twice in (("a", "a"), ("a", " "), ("a", "x", "x")):
+        with pytest.raises(DnnvssError, match="one name"):
+            conditions_of(replace(made, conditions=tuple(map(Condition, twice))), ["x"])
+    with pytest.raises(DnnvssError, match="one name"):
+        conditions_of(replace(made, anchors=("frozen", "frozen")), ["x"])
+    for change in ({"per_viewer": 9}, {"kind": "dscqs"}, {"kind": "intelligibility"}):
         with pytest.raises(DnnvssError):
             replace(made, **change)
+    with pytest.raises(DnnvssError, match="alternatives=6 are more"):
+        replace(design("intelligibility"), alternatives=6)
+    for idle in ({"dials": {"articulation": 2}}, {"style": "own"}, {"smooth": 6.0}):
+        with pytest.raises(DnnvssError, match="changes nothing of the condition still"):
+            Condition("still", "frozen", **idle)
 
 
 def _damaged(answer: dict[str, Any], sheet: Sheet) -> dict[str, bytes]:
@@ -205,6 +216,63 @@ def test_judgements_are_those_of_the_answers_and_checks_are_none() -> None:
     assert judged.condition[0].tolist() == [what[s.id] for s in row.stimuli]
     assert judged.value[0].tolist() == list(row.scores)
     assert len(judged.single().value) == 8
+
+
+@pytest.mark.parametrize("name", ["preference", "dscqs", "single", "turing", "intelligibility"])
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.filterwarnings("error")
+def test_few_viewers_who_all_say_the_same_are_no_certainty(name: str, count: int) -> None:
+    for per_viewer in (1, 4):
+        sheet = sheet_of(design(name, per_viewer=per_viewer))
+        answers = {str(k): _alike(sheet, simulated(sheet, k, QUALITY)) for k in range(count)}
+        result = analyse(sheet, Received(answers, {}))
+        assert all(np.isfinite(s.value) and np.isnan(s.low) for s in result.scores.values())
+        assert count < 2 or any(warning.startswith("No interval for") for warning in result.warnings)
+        cells = [cell for table in result.tables for row in table.rows for cell in row]
+        assert "< .0001" not in cells and "nan" not in html_page(result) + markdown(result)
+
+
+def _alike(sheet: Sheet, answer: Answer) -> Answer:
+    """An answer in which nothing differs, attention checks apart."""
+    first = {s.id: s.condition for s in sheet.stimuli}
+
+    def row(given: Row) -> Row:
+        trial = sheet.trials[given.trial]
+        if trial.expect is not None:
+            return given
+        if given.scores:
+            return replace(given, scores=tuple(50.0 for _ in given.scores))
+        if given.word is not None:
+            return replace(given, word=sheet.words[{s.id: s.sentence for s in sheet.stimuli}[trial.stimuli[0]]])
+        ahead = len(trial.stimuli) == 1 or first[trial.stimuli[0]] < first[trial.stimuli[1]]
+        names = ("real", "synthetic") if sheet.design["kind"] == "turing" else ("left", "right")
+        return replace(given, choice=names[0 if ahead else 1])
+
+    return replace(answer, rows=tuple(map(row, answer.rows)))
+
+
+def test_a_design_of_the_user_is_named_where_it_is_wrong_and_nothing_is_looked_up_in_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, path = (CONF / "preference.yaml").read_text(), tmp_path / "own.yaml"
+    path.write_text(text.replace("title: ", "title: ${oc.env:HOME} "))
+    assert read_design(str(path)).title.startswith("${oc.env:HOME}")
+    for wrong in ("", "sentences: -1\n", "- a\n", "kind: [preference\n"):
+        path.write_text(wrong)
+        assert run_command("viewing", "power", path) == 1 and str(path) in capsys.readouterr().err
+
+
+def test_answers_that_lie_elsewhere_need_the_test_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sheet = sheet_of(design("single"))
+    for number in range(3):
+        files.write_json(tmp_path / "sent" / f"{number}.json", plain(simulated(sheet, number, QUALITY)))
+    sheet.save(tmp_path / "test")
+    assert run_command("viewing", "analyse", tmp_path / "sent") == 1
+    assert "--test FOLDER" in capsys.readouterr().err
+    assert run_command("viewing", "analyse", tmp_path / "none") == 1
+    assert "none: no such folder" in capsys.readouterr().err
+    words = ["viewing", "analyse", tmp_path / "sent", "--test", tmp_path / "test", "--out", tmp_path / "out"]
+    assert run_command(*words) == 0 and (tmp_path / "out" / "viewing.html").is_file()
 
 
 def test_the_commands_of_power_and_of_designs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -89,7 +89,14 @@ def test_twelve_of_fifteen_viewers_are_eighty_percent() -> None:
     found, interval = mean_interval(values, 0.5), oracle.confidence_interval()
     assert (found.low, found.high, found.p) == pytest.approx((interval.low, interval.high, oracle.pvalue))
     assert np.isnan(mean_interval(np.array([1.0])).p) and share_over_viewers(np.array([1, 1, 0.9])).high == 1
+    assert np.isnan(sensitivity((0, 0), (5, 10)))
     assert sensitivity((5, 10), (5, 10)) == 0 and sensitivity((9, 10), (1, 10)) > 2
+
+
+@pytest.mark.parametrize("value", [0.0, 0.1, 0.5, 1.0])
+def test_viewers_who_are_all_alike_give_no_interval(value: float) -> None:
+    found = share_over_viewers(np.full(3, value))
+    assert found.value == pytest.approx(value) and np.isnan([found.low, found.high, found.p]).all()
 
 
 def test_bradley_terry_is_a_logistic_regression() -> None:
@@ -103,12 +110,14 @@ def test_bradley_terry_is_a_logistic_regression() -> None:
     design = np.eye(4)[pairs[:, 0]] - np.eye(4)[pairs[:, 1]]
     oracle = LogisticRegression(C=np.inf, fit_intercept=False, tol=1e-10).fit(design, won).coef_[0]
     assert found.strengths == pytest.approx(oracle - oracle.mean(), abs=1e-4)
-    value, low, high, p = found.difference(3, 0)
-    assert low < 1.7 < high and p < 1e-4 and value == pytest.approx(found.strengths[3] - found.strengths[0])
+    d = found.difference(3, 0)
+    assert d.low < 1.7 < d.high and d.p < 1e-4 and d.value == pytest.approx(found.strengths[3] - found.strengths[0])
     with pytest.raises(DnnvssError, match="never lost"):
         fit_bradley_terry(2, np.array([[0, 1]] * 5), np.ones(5), np.arange(5))
     tied = fit_bradley_terry(2, np.array([[0, 1]] * 6), np.full(6, 0.5), np.arange(6))
-    assert tied.strengths == pytest.approx([0, 0])
+    assert tied.strengths == pytest.approx([0, 0]) and np.isnan([*tied.low, tied.difference(0, 1).p]).all()
+    alone = fit_bradley_terry(2, np.array([[0, 1]] * 6), np.array([1, 0, 1, 0, 1, 1.0]), np.zeros(6, int))
+    assert alone.strengths == pytest.approx([np.log(2) / 2, -np.log(2) / 2]) and np.isnan(alone.high).all()
 
 
 def test_agreement_is_that_of_its_author() -> None:
@@ -156,9 +165,11 @@ def test_the_mixed_model_finds_what_was_put_in() -> None:
     found = fit_mixed(score, c, v, s, ["a", "b", "c"])
     means = [score[c == k].mean() for k in range(3)]  # of a balanced design
     assert found.means == pytest.approx(means, abs=1e-3)
-    _, low, high, p = found.difference(1, 0)
-    assert low < 8 < high and p < 1e-4 and found.rest == pytest.approx(16, rel=0.4)
-    assert found.difference(2, 1)[3] > 0.01 and 40 < found.viewers < 300 and 5 < found.sentences < 100
+    d = found.difference(1, 0)
+    assert d.low < 8 < d.high and d.p < 1e-4 and found.rest == pytest.approx(16, rel=0.4)
+    assert found.difference(2, 1).p > 0.01 and 40 < found.viewers < 300 and 5 < found.sentences < 100
+    with pytest.raises(DnnvssError, match="are the same"):
+        fit_mixed(10.0 * c, c, v, s, ["a", "b", "c"])
 
 
 def test_power_is_that_of_the_t_test() -> None:
@@ -209,8 +220,8 @@ def test_bradley_terry_covers_the_truth_with_viewers_of_their_own_mind(careless:
         own[rng.random(viewers) < careless] = 0
         chance = 1 / (1 + np.exp(own[who, table[:, 1]] - own[who, table[:, 0]]))
         fitted = fit_bradley_terry(3, table, (rng.random(len(table)) < chance).astype(float), who)
-        _, low, high, _ = fitted.difference(2, 0)
-        hit += low <= target[2] - target[0] <= high
+        d = fitted.difference(2, 0)
+        hit += d.low <= target[2] - target[0] <= d.high
     assert 930 <= hit <= 970
 
 

@@ -107,6 +107,8 @@ def _viewed(folder: Path) -> dict[str, Reader]:
     for kind in ("preference", "single"):
         sheet = sheet_of(design(kind, sentences=6, per_viewer=6))
         home = sheet.save(folder / kind).parent
+        for stimulus in sheet.stimuli:
+            files.write_text(home / "page" / "stimuli" / f"{stimulus.id}.mp4", "")
         even = {condition.name: 0.0 for condition in sheet.conditions}
         answers = [files.write_json(home / "answers" / f"{n}.json", plain(simulated(sheet, n, even)))
                    for n in range(7)]

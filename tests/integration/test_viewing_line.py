@@ -12,6 +12,7 @@ from conftest import run_command
 from viewing_cases import plain, simulated
 
 from dnnvss import files
+from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.runs import read_run
 from dnnvss.evaluation.viewing.beside import read_scores
 from dnnvss.evaluation.viewing.design import Condition, Design
@@ -81,6 +82,9 @@ def test_a_test_is_made_answered_analysed_and_stands_beside_the_measures(
     assert run_command("viewing", "analyse", tmp_path / "answers") == 0
     said = capsys.readouterr().out
     assert "refused 'cut.json': is no JSON" in said and "Strength (Bradley-Terry)" in said
+    assert run_command(*words, "--seed", "5") == 1 and Sheet.open(tmp_path) == sheet
+    assert "holds answers to another test" in capsys.readouterr().err
+    assert run_command(*words) == 0 and Sheet.open(tmp_path) == sheet
     result = json.loads((tmp_path / "viewing.json").read_text())
     assert result["refused"].keys() == {"cut.json"} and len(result["viewers"]) + len(result["left_out"]) == 18
     seen = read_scores(runs(home)[0])
@@ -105,6 +109,9 @@ def test_conditions_show_what_they_say(home: Path, tmp_path: Path) -> None:
     conditions += (Condition("smoothed", "through", smooth=2.0), Condition("strong", dials={"articulation": 1.5}),
                    Condition("engine", "run", sound="engine"), Condition("silent", "frozen", sound="silent"))
     made = replace(design, conditions=conditions, anchors=(), engine="formant", sentences=1, per_viewer=1, practice=0)
+    twice = replace(made, conditions=(Condition("a", "recording"), Condition("b", "recording")))
+    with pytest.raises(DnnvssError, match="a and b show the same"):
+        make_test(twice, folder, ["mean"], tmp_path / "twice")
     sheet = make_test(made, folder, ["mean"], tmp_path)
     films = {sheet.conditions[s.condition].name: tmp_path / "page" / "stimuli" / f"{s.id}.mp4" for s in sheet.stimuli}
     pictures = {name: np.stack([f.astype(float) for f in read_video(path)]) for name, path in films.items()}
@@ -132,8 +139,8 @@ def _has_sound(path: Path) -> bool:
 
 @pytest.mark.slow
 def test_words_are_monosyllables_in_their_place(home: Path, tmp_path: Path) -> None:
-    design = read_settings(Design, yaml.safe_load(written(home, "intelligibility").read_text()), "")
-    sheet = make_test(replace(design, monosyllables=True, alternatives=2, practice=0), runs(home)[2:], ["a"], tmp_path)
+    design = read_settings(Design, yaml.safe_load(written(home, "intelligibility", alternatives=2).read_text()), "")
+    sheet = make_test(replace(design, monosyllables=True, practice=0), runs(home)[2:], ["a"], tmp_path)
     assert len(set(sheet.words)) == 2 and all(":" in name for name in sheet.sentences)
     assert all(0.2 < s.seconds < 1.5 for s in sheet.stimuli)
     assert all(set(t.choices) <= set(sheet.words) for t in sheet.trials)

@@ -11,6 +11,7 @@ import pytest
 from browser import CHROMIUM, Browser, open_browser
 from viewing_cases import design, plain, sheet_of, simulated, write_test
 
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.answers import answer_files, receive
 from dnnvss.evaluation.viewing.sheet import Sheet
@@ -223,8 +224,19 @@ def test_the_server_gives_lists_and_takes_answers_of_its_page_alone(folder: Path
         proxied = {"Host": "study.example.org", "Origin": "https://study.example.org"}
         assert ask("answers", good, **proxied) == (200, {"taken": name}) == ask("answers", good)
         assert "another answer" in ask("answers", {**good, "comment": "more"})[1]["error"]
+        (folder / "answers" / name).write_text("{")
+        status, said = ask("answers", good)
+        assert status == 400 and "another answer" in said["error"] and str(folder) not in said["error"]
+        files.write_json(folder / "answers" / name, good)
     assert ViewingDesk(folder).count == 1
     (folder / "answers" / name).unlink()
+
+
+def test_a_test_without_its_stimuli_is_not_served(folder: Path, tmp_path: Path) -> None:
+    sheet = Sheet.open(folder)
+    sheet.save(tmp_path)
+    with pytest.raises(DnnvssError, match=f"{len(sheet.stimuli)} of {len(sheet.stimuli)} stimuli are missing"):
+        ViewingDesk(tmp_path)
 
 
 def test_a_damaged_key_is_refused_in_one_line(folder: Path, tmp_path: Path) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.answers import Answer, Received
 from dnnvss.evaluation.viewing.choices import intelligibility, turing
@@ -60,7 +62,7 @@ def analyse(sheet: Sheet, received: Received) -> Analysis:
                           + (next(iter({**received.refused, **left_out}.values()), "none was sent")),
                           remedy="See what was refused, and ask viewers")
     found = _KINDS[sheet.design["kind"]](sheet, judged.of(kept))
-    warnings = (*_warnings(sheet, len(kept)), *found.warnings)
+    warnings = (*_warnings(sheet, len(kept)), *_alike(found, len(kept)), *found.warnings)
     return Analysis(sheet, received, tuple(kept), left_out, found.scores, found.unit, found.tables, warnings)
 
 
@@ -81,10 +83,19 @@ def _left_out(sheet: Sheet, answers: Mapping[str, Answer], judged: Judgements) -
     return left
 
 
+def _alike(found: Found, viewers: int) -> list[str]:
+    """What is said of conditions of which viewers do not say how far others would differ."""
+    names = [name for name, score in found.scores.items() if np.isnan(score.low)]
+    if viewers < 2 or not names:
+        return []
+    return [f"No interval for {', '.join(names)}: only one viewer saw it, or all who did gave the same."]
+
+
 def _warnings(sheet: Sheet, viewers: int) -> list[str]:
     said = []
     if viewers < FEWEST:
-        said.append(f"{viewers} viewers are too few for any test over viewers: nothing here holds for others.")
+        said.append(f"{viewers} viewer{' is' if viewers == 1 else 's are'} too few for any test over viewers: nothing "
+                    "here holds for others.")
     elif viewers < ADVISED:
         said.append(f"{viewers} viewers: ITU-R BT.500 asks for {ADVISED} at least.")
     if not sheet.design["checks"]:

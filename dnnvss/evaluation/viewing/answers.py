@@ -219,9 +219,8 @@ def answer_files(folder: Path) -> Iterator[tuple[str, bytes]]:
     """
     if not folder.is_dir():
         raise DnnvssError("no such folder", file=folder, remedy="Name the folder in which the answers lie")
-    for path in sorted(folder.iterdir()):
-        if path.suffix.lower() == ".json" and not path.name.startswith("."):
-            yield path.name, _bytes(path)
+    found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".json" and not p.name.startswith("."))
+    return ((path.name, _bytes(path)) for path in found)
 
 
 def _bytes(path: Path) -> bytes:

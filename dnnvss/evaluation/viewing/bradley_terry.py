@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 from scipy.sparse.csgraph import connected_components
 
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.viewing.shares import Share, t_interval
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class BradleyTerry:
 
     Args:
         strengths: (K,).
-        low, high: (K,) 95 % intervals.
+        low, high: (K,) 95 % intervals; NaN of a single viewer.
         covariance: (K, K) of the strengths, robust to judgements of one viewer that hang together.
         viewers: who judged.
     """
@@ -29,15 +29,12 @@ class BradleyTerry:
     covariance: np.ndarray
     viewers: int
 
-    def difference(self, first: int, second: int) -> tuple[float, float, float, float]:
+    def difference(self, first: int, second: int) -> Share:
         """Strength of the first less that of the second, its 95 % interval, and the two-sided p of none."""
         value = float(self.strengths[first] - self.strengths[second])
         c = self.covariance
         error = float(np.sqrt(max(c[first, first] + c[second, second] - 2 * c[first, second], 0.0)))
-        degrees = max(self.viewers - 1, 1)
-        half = float(stats.t.ppf(0.975, degrees)) * error
-        p = float(2 * stats.t.sf(abs(value) / error, degrees)) if error > 0 else 1.0
-        return value, value - half, value + half, p
+        return t_interval(value, error, self.viewers - 1)
 
 
 def fit_bradley_terry(count: int, pairs: np.ndarray, won: np.ndarray, viewer: Sequence[int] | np.ndarray
@@ -64,8 +61,10 @@ def fit_bradley_terry(count: int, pairs: np.ndarray, won: np.ndarray, viewer: Se
                           remedy="Ask more viewers, or leave that system out")
     strengths = _most_likely(wins)
     covariance, viewers = _robust(strengths, wins, pairs, np.asarray(won, dtype=float), np.asarray(viewer))
-    half = stats.t.ppf(0.975, max(viewers - 1, 1)) * np.sqrt(np.diag(covariance))
-    return BradleyTerry(strengths, strengths - half, strengths + half, covariance, viewers)
+    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    found = [t_interval(float(s), float(e), viewers - 1) for s, e in zip(strengths, errors, strict=True)]
+    low, high = (np.array([getattr(share, end) for share in found]) for end in ("low", "high"))
+    return BradleyTerry(strengths, low, high, covariance, viewers)
 
 
 def _most_likely(wins: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 
 from dnnvss.evaluation.viewing.agreement import krippendorff
 from dnnvss.evaluation.viewing.judgements import Judgements
-from dnnvss.evaluation.viewing.shares import exact_share, mean_interval, sensitivity, share_over_viewers
+from dnnvss.evaluation.viewing.shares import Share, exact_share, mean_interval, sensitivity, share_over_viewers
 from dnnvss.evaluation.viewing.sheet import Sheet
 from dnnvss.evaluation.viewing.tables import (
     NONE,
@@ -61,8 +61,7 @@ def _rates(sheet: Sheet, judged: Judgements, title: str, chance: float) -> tuple
             continue
         own = np.array([judged.value[mask & (judged.viewer == v)].mean() for v in np.unique(judged.viewer[mask])])
         over = share_over_viewers(own, chance)
-        exact = exact_share(int(judged.value[mask].sum()), int(mask.sum()), chance) if chance else exact_share(
-            int(judged.value[mask].sum()), int(mask.sum()))
+        exact = exact_share(int(judged.value[mask].sum()), int(mask.sum()), chance)
         scores[name] = Score(over.value, over.low, over.high)
         tested = (p_value(over.p), p_value(exact.p)) if chance else (NONE, NONE)
         rows.append((name, str(int(mask.sum())), interval(over), tested[0], interval(exact), tested[1]))
@@ -73,10 +72,9 @@ def _rates(sheet: Sheet, judged: Judgements, title: str, chance: float) -> tuple
                    "independent.",))
     means = judged.table(len(names))
 
-    def difference(a: int, b: int) -> tuple[float, float, float, float]:
+    def difference(a: int, b: int) -> Share:
         d = means[:, a] - means[:, b]
-        found = mean_interval(d[~np.isnan(d)])
-        return found.value, found.low, found.high, found.p
+        return mean_interval(d[~np.isnan(d)])
 
     more = [differences(names, difference, "share")] if len(names) > 1 else []
     return scores, [table, *more]

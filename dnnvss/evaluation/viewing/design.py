@@ -28,6 +28,9 @@ class Condition:
         dials: settings of the style that differ, such as ``{articulation: 1.4}``.
         smooth: hertz above which movement is taken out by a smoothing spline (Theobald et al. 2003, section 6.1).
         sound: that of the design where None.
+
+    Raises:
+        DnnvssError: a setting that changes nothing of what it shows.
     """
 
     name: str
@@ -37,6 +40,13 @@ class Condition:
     dials: Mapping[str, Any] = setting({})
     smooth: float | None = setting(None, above=0)
     sound: str | None = setting(None, choices=SOUNDS)
+
+    def __post_init__(self) -> None:
+        idle = {"dials": self.shows != RUN and bool(self.dials), "style": self.shows != RUN and self.style != "plain",
+                "smooth": self.shows in ("recording", "frozen") and self.smooth is not None}
+        if found := [name for name, given in idle.items() if given]:
+            raise DnnvssError(f"{found[0]} changes nothing of the condition {self.name}, which shows {self.shows}",
+                              remedy=f"Leave {found[0]} out")
 
     @property
     def recorded(self) -> bool:
@@ -99,15 +109,15 @@ class Design:
         texts = (self.title, self.question, *self.instructions, *self.consent, *self.labels)
         if any(len(text) > _LONG for text in texts):
             raise DnnvssError(f"a text of the design is longer than {_LONG} letters", remedy="Say it in fewer words")
-        names = [c.name for c in self.conditions]
-        if len(set(names)) < len(names):
-            raise DnnvssError("two conditions have one name", remedy="Name each condition otherwise")
         if self.kind == "dscqs" and self.reference is None:
             raise DnnvssError("a dscqs test has no reference", remedy="Name one of its conditions: reference: through")
         if self.kind == "intelligibility" and self.material != "words":
             raise DnnvssError("an intelligibility test asks for words", remedy="Set material: words")
         if self.kind == "intelligibility" and self.alternatives == 1:
             raise DnnvssError("one alternative is no choice", remedy="Give 2 or more, or 0 for a word that is typed")
+        if self.alternatives > self.sentences:
+            raise DnnvssError(f"alternatives={self.alternatives} are more than the words, sentences={self.sentences}",
+                              remedy="Ask for more words, or give fewer alternatives")
 
     @property
     def pairs(self) -> bool:
@@ -128,11 +138,13 @@ def conditions_of(design: Design, runs: Sequence[str]) -> tuple[Condition, ...]:
         runs: names of the runs given.
 
     Raises:
-        DnnvssError: a condition of a run that was not given, too few conditions, a sound that does not fit, or a
-            reference that is none of them.
+        DnnvssError: conditions of one name, one of a run that was not given, too few of them, a sound that does not
+            fit, or a reference that is none of them.
     """
     listed = design.conditions or tuple(Condition(name, run=k, style=design.style) for k, name in enumerate(runs, 1))
     found = (*listed, *(Condition(name, name) for name in design.anchors if name not in [c.name for c in listed]))
+    if len({c.name for c in found}) < len(found) or not all(c.name.strip() for c in found):
+        raise DnnvssError("two conditions have one name, or one has none", remedy="Name each condition otherwise")
     for c in found:
         if c.run > len(runs):
             raise DnnvssError(f"the condition {c.name} shows run {c.run}, and {len(runs)} were given",

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from dnnvss import __version__, files
+from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.design import Condition, Design, conditions_of, treatments
 from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
 from dnnvss.evaluation.viewing.material import Item, alternatives, choose_items
-from dnnvss.evaluation.viewing.sheet import PAGE, Sheet, Shown, Stimulus, Trial
+from dnnvss.evaluation.viewing.sheet import ANSWERS, PAGE, Sheet, Shown, Stimulus, Trial
 from dnnvss.evaluation.viewing.stimuli import Studio, make_clip, stimulus_id, write_clip
 from dnnvss.processes import parallel
 
@@ -46,21 +47,56 @@ def make_test(design: Design, folders: Sequence[Path], names: Sequence[str], out
         told: is given the number of stimuli that are finished.
 
     Raises:
-        DnnvssError: runs that do not fit together, too few sentences, or a condition that cannot be shown.
+        DnnvssError: runs that do not fit together, too few sentences, a condition that cannot be shown or shows what
+            another does, or a folder with answers to another test.
     """
     conditions = conditions_of(design, names)
     studio = Studio.open(design, folders)
     items, practice = choose_items({i: studio.corpus.utterances[i] for i in studio.tested}, design)
+    shown = [studio.shown(c) for c in conditions]
+    _check_different(studio, conditions, shown, items[0])
     numbered = list(enumerate([*items, *(p for p in practice if p not in items)]))
+    _keep_answered(out, lambda old: (old.design, old.version, old.conditions, old.sentences) == (
+        _plain(asdict(design)), __version__, tuple(shown), tuple(item.id for _, item in numbered)))
     jobs = max(1, min(jobs, len(numbered)))
     shares = [Job(design, tuple(folders), conditions, tuple(numbered[k::jobs]), out) for k in range(jobs)]
     stimuli = [s for made in _rendered(shares, studio, told) for s in made]
     stimuli.sort(key=lambda s: (s.sentence, s.condition))
     said = [(item.id, item.text) for _, item in numbered]
     tried = [[i for _, i in numbered].index(p) for p in practice]
-    sheet = lay_out(design, conditions, [studio.shown(c) for c in conditions], said, len(items), tried, stimuli)
+    sheet = lay_out(design, conditions, shown, said, len(items), tried, stimuli)
+    _keep_answered(out, lambda old: old.id == sheet.id)
     write_sheet(sheet, out)
     return sheet
+
+
+def _check_different(studio: Studio, conditions: Sequence[Condition], shown: Sequence[Shown], item: Item) -> None:
+    """Refuse conditions of which viewers would see the same video."""
+    names: dict[str, str] = {}
+    for condition, as_shown in zip(conditions, shown, strict=True):
+        other = names.setdefault(stimulus_id(studio, condition, as_shown, item), condition.name)
+        if other != condition.name:
+            raise DnnvssError(f"the conditions {other} and {condition.name} show the same",
+                              remedy="Leave one of them out")
+
+
+def _keep_answered(out: Path, same: Callable[[Sheet], bool]) -> None:
+    """Refuse to replace the key of a test that has been answered: without it nobody knows what the answers mean.
+
+    A key that cannot be read is replaced: the command that made the test makes it again.
+
+    Raises:
+        DnnvssError: the folder holds answers to a test that is not the ``same``.
+    """
+    if not any((out / ANSWERS).glob("*.json")):
+        return
+    try:
+        old = Sheet.open(out)
+    except DnnvssError:
+        return
+    if not same(old):
+        raise DnnvssError("holds answers to another test, which would be lost with its key", file=out,
+                          remedy="Write this test to another folder: --out FOLDER")
 
 
 def write_sheet(sheet: Sheet, out: Path) -> None:

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.viewing.shares import Share, t_interval
 
 MOST = 4000
 """Scores up to which the model is fitted; the library's matrices grow with the square of their number."""
@@ -31,13 +31,12 @@ class MixedModel:
     rest: float
     degrees: int
 
-    def difference(self, first: int, second: int) -> tuple[float, float, float, float]:
+    def difference(self, first: int, second: int) -> Share:
         """Mean of the first less that of the second, its 95 % interval, and the two-sided p of none."""
         c = self.covariance
         value = float(self.means[first] - self.means[second])
-        error = float(np.sqrt(c[first, first] + c[second, second] - 2 * c[first, second]))
-        half = float(stats.t.ppf(0.975, self.degrees)) * error
-        return value, value - half, value + half, float(2 * stats.t.sf(abs(value) / error, self.degrees))
+        error = float(np.sqrt(max(c[first, first] + c[second, second] - 2 * c[first, second], 0.0)))
+        return t_interval(value, error, self.degrees)
 
 
 def fit_mixed(scores: np.ndarray, condition: np.ndarray, viewer: np.ndarray, sentence: np.ndarray, names: Sequence[str]
@@ -62,6 +61,8 @@ def fit_mixed(scores: np.ndarray, condition: np.ndarray, viewer: np.ndarray, sen
         raise DnnvssError("the mixed model needs the package statsmodels",
                           remedy='Install it: pip install "dnnvss[viewing]"') from error
     k = len(names)
+    if all(np.ptp(scores[condition == c]) == 0 for c in np.unique(condition)):
+        raise DnnvssError("all scores of a condition are the same", remedy="Ask more viewers")
     fixed = np.eye(k)[condition]
     own = viewer * k + condition
     effects = {"viewers": _dummies(viewer), "sentences": _dummies(sentence), "own": _dummies(own)}

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from dnnvss.evaluation.viewing.shares import NOTHING
 from dnnvss.settings import setting
 
 WANTED = 0.8
@@ -50,6 +51,8 @@ def simulated_differences(viewers: int, points: float, assumed: Viewers, rng: np
 def power(viewers: int, effect: float, assumed: Viewers, shares: bool, seed: int = 0, tests: int = 2000) -> float:
     """The share of simulated tests that find a difference at the level of 5 %, by a t test over viewers.
 
+    Where all viewers of a test are alike there is no t test, and nothing is found.
+
     Args:
         viewers: of each test.
         effect: the true share for the better one, or the true difference in points.
@@ -63,7 +66,7 @@ def power(viewers: int, effect: float, assumed: Viewers, shares: bool, seed: int
     means = np.stack([simulate(viewers, effect, assumed, rng) for _ in range(tests)])
     error = means.std(axis=1, ddof=1) / np.sqrt(viewers)
     off = np.abs(means.mean(axis=1) - chance)
-    return float((off > stats.t.ppf(0.975, viewers - 1) * error).mean())
+    return float(((off > stats.t.ppf(0.975, viewers - 1) * error) & (error > NOTHING)).mean())
 
 
 def power_table(viewers: Sequence[int], effects: Sequence[float], assumed: Viewers, shares: bool, seed: int = 0

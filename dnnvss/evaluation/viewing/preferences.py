@@ -92,13 +92,14 @@ def _sides(sheet: Sheet, judged: Judgements) -> Table:
 
 
 def _strengths(sheet: Sheet, judged: Judgements) -> tuple[dict[str, Score], list[Table], list[str]]:
-    """Shares of each condition against all others, and its strength where there are more than two."""
+    """Shares of each condition that was judged against all others, and its strength where there are more than two."""
     names, left = names_of(sheet), judged.condition[:, 0]
     won = {n: np.where(left == k, judged.value, 1 - judged.value) for k, n in enumerate(names)}
     scores = {}
     for k, name in enumerate(names):
         mask = (judged.condition == k).any(axis=1)
-        scores[name] = over_viewers(won[name][mask], judged.viewer[mask], share_over_viewers)
+        if mask.any():
+            scores[name] = over_viewers(won[name][mask], judged.viewer[mask], share_over_viewers)
     if len(names) < 3:
         return scores, [], []
     try:

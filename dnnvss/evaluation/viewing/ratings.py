@@ -104,15 +104,15 @@ def _signed_ranks(sheet: Sheet, judged: Judgements) -> list[Table]:
 def _per_viewer(sheet: Sheet, viewers: Sequence[str], differences: np.ndarray, first: str, second: str
                 ) -> list[Table]:
     """The signed rank tests of differences (viewers, sentences)."""
-    rows, medians = [], []
+    rows, means = [], []
     for name, row in zip(viewers, differences, strict=True):
         d = row[~np.isnan(row)]
         if len(d):
             test = signed_rank(d)
-            medians.append(float(d.mean()))
+            means.append(float(d.mean()))
             rows.append((name, str(test.count), str(test.used), number(test.statistic, 1), p_value(test.p),
                          number(test.median, 2)))
-    over = mean_interval(np.array(medians))
+    over = mean_interval(np.array(means))
     note = (f"{first} less {second}. Over viewers the mean difference is {interval(over, 1)}, p {_equal(over.p)}. "
             "A viewer's p says that this viewer would judge so again, not that others do.")
     return [Table(f"Each viewer (Wilcoxon signed rank): {first} and {second}", ("viewer", "N", "n", "W", "p", "median"),

@@ -136,7 +136,7 @@ def plot(scores: Mapping[str, Score]) -> str:
     """A dot and a line for each score with its interval, as SVG."""
     ends = [v for s in scores.values() for v in (s.value, s.low, s.high) if not np.isnan(v)]
     low, high = min(ends, default=0.0), max(ends, default=1.0)
-    pad = 0.08 * ((high - low) or 1.0)
+    pad = 0.08 * (high - low) if high - low > 1e-6 else 0.5
     low, high = low - pad, high + pad
 
     def x(value: float) -> float:

@@ -26,7 +26,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Score:
-    """What viewers gave a condition, with its 95 % interval over viewers; NaN where they are too few for one."""
+    """What viewers gave a condition, with its 95 % interval over viewers; NaN where they are too few or all alike."""
 
     value: float
     low: float
@@ -64,13 +64,13 @@ def names_of(sheet: Sheet) -> list[str]:
     return [c.name for c in sheet.conditions]
 
 
-def differences(names: Sequence[str], difference: Callable[[int, int], tuple[float, float, float, float]],
-                 title: str, digits: int = 3) -> Table:
+def differences(names: Sequence[str], difference: Callable[[int, int], Share], title: str, digits: int = 3
+                ) -> Table:
     """All differences of two conditions with their corrected p."""
     pairs = list(combinations(range(len(names)), 2))
     found = [difference(a, b) for a, b in pairs]
-    rows = tuple((names[a], names[b], interval(Score(*f[:3]), digits), p_value(f[3]), p_value(p))
-                 for (a, b), f, p in zip(pairs, found, holm([f[3] for f in found]), strict=True))
+    rows = tuple((names[a], names[b], interval(f, digits), p_value(f.p), p_value(p))
+                 for (a, b), f, p in zip(pairs, found, holm([f.p for f in found]), strict=True))
     return Table(f"Differences in {title}", ("first", "second", "first less second", "p", "p (Holm)"), rows)
 
 
