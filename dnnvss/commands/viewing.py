@@ -200,7 +200,9 @@ def main(arguments: Sequence[str]) -> int:
                          help="numbers of viewers (10,15,20,30,40,60)")
     planner.add_argument("--effect", type=_numbers(float, 0, 100),
                          help="true shares (0.55,0.6,0.65,0.7,0.8), or differences in points (5,10,15,20)")
-    planner.add_argument("--trials", type=whole(1, 1000), help="judgements of a viewer; as in the design unless given")
+    planner.add_argument("--trials", type=whole(1, 1000),
+                         help="judgements of one comparison by a viewer (per_viewer of the design); of three systems "
+                              "a third")
     planner.add_argument("--spread", type=_number(0, 100),
                          help="standard deviation over viewers of their own share (0.1) or difference (10 points)")
     planner.add_argument("--noise", type=_number(0, 100), default=20.0,

@@ -16,13 +16,15 @@ from dnnvss.commands.viewing import read_design
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.analysis import analyse
 from dnnvss.evaluation.viewing.answers import MOST, Answer, Received, Row, receive
+from dnnvss.evaluation.viewing.beside import leave_scores, read_scores
 from dnnvss.evaluation.viewing.design import Condition, conditions_of
 from dnnvss.evaluation.viewing.judgements import judgements, told
 from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
 from dnnvss.evaluation.viewing.making import script_json
 from dnnvss.evaluation.viewing.report import html_page, markdown, write_report
-from dnnvss.evaluation.viewing.sheet import Sheet
+from dnnvss.evaluation.viewing.sheet import CHANGED, Sheet, Shown
 from dnnvss.evaluation.viewing.sounds import cut, in_noise, speech_power
+from dnnvss.runs.files import RunFiles
 from dnnvss.studio.viewing import least_given
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>|\n# \u2028"
@@ -249,6 +251,21 @@ def _alike(sheet: Sheet, answer: Answer) -> Answer:
         return replace(given, choice=names[0 if ahead else 1])
 
     return replace(answer, rows=tuple(map(row, answer.rows)))
+
+
+def test_a_score_is_left_in_the_run_that_was_seen_and_only_as_it_is_measured(tmp_path: Path) -> None:
+    places = RunFiles(tmp_path / "run")
+    files.write_text(places.model, "learnt")
+    digest = files.digest(places.model)[:16]
+    sheet = sheet_of(design("single"), ("good", "bad"))
+    shown = (Shown("good", "run", "plain", str(places.folder), digest),
+             Shown("bad", "run", CHANGED, str(places.folder), digest), *sheet.conditions[2:])
+    sheet = replace(sheet, conditions=shown)
+    result = analyse(sheet, Received({str(k): simulated(sheet, k, QUALITY) for k in range(3)}, {}))
+    assert leave_scores(result) == [places.viewing] == leave_scores(result)
+    assert [(s.style, s.score) for s in read_scores(places.folder)] == [("plain", result.scores["good"].value)]
+    files.write_text(places.model, "trained anew")
+    assert leave_scores(result) == [] and read_scores(places.folder) == ()
 
 
 def test_a_design_of_the_user_is_named_where_it_is_wrong_and_nothing_is_looked_up_in_it(

@@ -149,7 +149,9 @@ def test_a_double_click_is_enough_and_the_answers_come_as_a_file(
     through(browser)
     assert browser.ask("document.getElementById('sent').textContent").startswith("Please save your answers")
     assert browser.ask("failed") == [] and not browser.ask("state.served")
+    assert browser.ask("document.getElementById('anew').offsetParent === null")  # the answers are nowhere else yet
     click(browser, "#save")
+    assert browser.ask("document.getElementById('anew').offsetParent !== null")
     for _ in range(100):
         if found := list(tmp_path.glob("answers-*.json")):
             break

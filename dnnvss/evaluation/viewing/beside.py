@@ -11,6 +11,7 @@ from dnnvss import files
 from dnnvss.evaluation.comparison import Comparison
 from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.viewing.analysis import Analysis
+from dnnvss.evaluation.viewing.sheet import CHANGED
 from dnnvss.evaluation.viewing.tables import Score, Table, interval, number, p_value
 from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
@@ -57,13 +58,14 @@ class SeenBy:
 def leave_scores(result: Analysis) -> list[Path]:
     """Write viewers' scores into the runs that they saw, and return the files.
 
-    A run that has moved, or has been trained anew, is passed over; an older result of the same test is replaced.
+    A run that has moved, or has been trained anew, and a condition that no comparison measures are passed over; an
+    older result of the same test is replaced.
     """
     written = []
     for condition in result.sheet.conditions:
         score = result.scores.get(condition.name)
         places = RunFiles(Path(condition.run or "."))
-        if condition.shows != "run" or score is None or not places.model.is_file():
+        if condition.shows != "run" or condition.style == CHANGED or score is None or not places.model.is_file():
             continue
         if files.digest(places.model)[:16] != condition.digest:
             continue

@@ -76,7 +76,7 @@ def fit_mixed(scores: np.ndarray, condition: np.ndarray, viewer: np.ndarray, sen
         except (np.linalg.LinAlgError, ValueError) as error:
             raise DnnvssError(f"no mixed model fits these scores ({error})", remedy="Ask more viewers") from error
     covariance = np.asarray(fit.cov_params())[:k, :k]
-    if not np.isfinite(covariance).all() or not np.isfinite(fit.fe_params).all():
+    if not fit.converged or not np.isfinite(covariance).all() or not np.isfinite(fit.fe_params).all():
         raise DnnvssError("no mixed model fits these scores", remedy="Ask more viewers")
     variances = dict(zip(effects, np.asarray(fit.vcomp), strict=True))
     return MixedModel(np.asarray(fit.fe_params), covariance, float(variances["viewers"]),

@@ -14,6 +14,8 @@ from dnnvss.records import as_record, read_record
 from dnnvss.settings import setting
 
 KEY, PAGE, ANSWERS = "key.json", "page", "answers"
+CHANGED = "changed"
+"""The style of a condition with settings of its own, which no comparison of runs measures."""
 _REMEDY = "Make the test again: dnnvss viewing make DESIGN RUN ... --out FOLDER"
 
 
@@ -24,7 +26,7 @@ class Shown:
     Args:
         name: in tables.
         shows: a run or an anchor.
-        style: of the movement, as a comparison of runs names it.
+        style: of the movement, as a comparison of runs names it; :data:`CHANGED` where no comparison shows it so.
         run: folder of the run; empty for the recording.
         digest: of what the run learnt.
     """

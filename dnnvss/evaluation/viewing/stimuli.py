@@ -18,7 +18,7 @@ from dnnvss.evaluation.runs import RunData, by_face, open_corpus, read_run
 from dnnvss.evaluation.videos import recorded
 from dnnvss.evaluation.viewing.design import Condition, Design, sound_of
 from dnnvss.evaluation.viewing.material import Item
-from dnnvss.evaluation.viewing.sheet import Shown
+from dnnvss.evaluation.viewing.sheet import CHANGED, Shown
 from dnnvss.evaluation.viewing.sounds import cut, in_noise
 from dnnvss.face.base import Textured
 from dnnvss.media import SOUND_RATE, read_audio, write_video
@@ -78,8 +78,9 @@ class Studio:
             return Shown(condition.name, condition.shows)
         run = self.runs[condition.run - 1]
         own = condition.style == "own" and condition.shows == "run"
-        changed = bool(condition.dials) or condition.smooth is not None
-        style = "changed" if changed else run.settings.style.name if own else "plain"
+        changed = bool(condition.dials) or condition.smooth is not None or (
+            sound_of(self.design, condition) != self.design.sound)
+        style = CHANGED if changed else run.settings.style.name if own else "plain"
         learnt = run.files.model if condition.shows == "run" else run.files.face
         return Shown(condition.name, condition.shows, style, str(run.folder.resolve()), files.digest(learnt)[:16])
 

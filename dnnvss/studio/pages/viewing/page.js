@@ -9,7 +9,7 @@ let trial = null;
 
 const fresh = () => ({viewer: [...crypto.getRandomValues(new Uint8Array(16))].map(b => b.toString(16).padStart(2, "0")).join(""),
   list: null, served: false, stage: "welcome", at: 0, rested: 0, rows: [], questions: [], comment: "", started: Date.now() / 1000,
-  ended: null, sent: false, device: {width: 0, height: 0, phone, squares: [], tones: null}, right: 0});
+  ended: null, sent: false, saved: false, device: {width: 0, height: 0, phone, squares: [], tones: null}, right: 0});
 let state = fresh();
 try {
   const kept = JSON.parse(localStorage.getItem(KEPT));
@@ -134,7 +134,11 @@ function welcome() {
 let hears = null;
 function hearing() {
   if (state.at >= ROUNDS) { state.device.tones = state.right; return onward(); }
-  const order = [0, 1, 2].sort(() => Math.random() - 0.5);  // quiet, in antiphase, plain
+  const order = [0, 1, 2];  // quiet, in antiphase, plain
+  for (const k of [2, 1]) {
+    const other = Math.floor(Math.random() * (k + 1));
+    [order[k], order[other]] = [order[other], order[k]];
+  }
   $("round").textContent = `${state.at + 1} of ${ROUNDS}`;
   const buttons = [...$("quietest").children];
   buttons.forEach(b => { b.disabled = true; });
@@ -179,6 +183,7 @@ const answer = () => ({format: 1, test: TEST.id, viewer: state.viewer, list: sta
 async function end() {
   state.ended ??= Date.now() / 1000; keep();
   $("save").hidden = false; $("again").hidden = true;
+  $("anew").hidden = !state.sent && !state.saved;  // nothing is given up that nobody has
   if (!state.served) { $("sent").textContent = "Please save your answers as a file and send it to whoever asked you."; return; }
   if (!state.sent) {
     $("sent").textContent = "Sending your answers…";
@@ -188,7 +193,7 @@ async function end() {
       return;
     }
   }
-  $("save").hidden = true;
+  $("save").hidden = true; $("anew").hidden = false;
   $("sent").textContent = "Your answers have been sent. You may close this page.";
 }
 function save() {
@@ -196,6 +201,8 @@ function save() {
   link.href = URL.createObjectURL(new Blob([JSON.stringify(answer())], {type: "application/json"}));
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+  state.saved = true; keep();
+  $("anew").hidden = false;
 }
 
 $("play").onclick = () => trial?.play();
