@@ -95,8 +95,8 @@ def analyse(options: argparse.Namespace) -> None:
     """Print and write what may be concluded from answers."""
     from dnnvss.evaluation.viewing.analysis import analyse as concluded
     from dnnvss.evaluation.viewing.answers import answer_files, receive
-    from dnnvss.evaluation.viewing.beside import leave_scores
     from dnnvss.evaluation.viewing.report import lead, write_report
+    from dnnvss.evaluation.viewing.run_scores import leave_scores
     from dnnvss.evaluation.viewing.sheet import KEY, Sheet
 
     answers: Path = options.answers / "answers" if (options.answers / KEY).is_file() else options.answers

@@ -12,7 +12,7 @@ from dnnvss.evaluation.comparison import Predictions, compare
 from dnnvss.evaluation.page import write_page
 from dnnvss.evaluation.runs import RunData, by_face, make_bench, read_run
 from dnnvss.evaluation.sections import seen_from_outside
-from dnnvss.evaluation.viewing.beside import viewers_beside
+from dnnvss.evaluation.viewing.run_scores import viewers_sections
 from dnnvss.systems.registry import driven_by, read_system
 
 _HASH = re.compile("-[0-9a-f]{8}$")
@@ -61,7 +61,7 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
     out = out or folders[0] / "evaluation"
     named = dict(zip(names, folders, strict=True))
     styles = {name: tuple(run.styled) for name, run in zip(names, runs, strict=True)}
-    sections = [*viewers_beside(result, named, styles), *filter(None, [seen_from_outside(named)])]
+    sections = [*viewers_sections(result, named, styles), *filter(None, [seen_from_outside(named)])]
     files.write_text(out / "evaluation.md", "\n".join([result.markdown(), *(s.markdown() for s in sections)]))
     files.write_json(out / "evaluation.json", result.to_json())
     page = write_page(out / "evaluation.html", result, told.bench, told.systems, named, sections)

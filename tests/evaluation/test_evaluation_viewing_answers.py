@@ -16,12 +16,12 @@ from dnnvss.commands.viewing import read_design
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.analysis import analyse
 from dnnvss.evaluation.viewing.answers import MOST, Answer, Received, Row, receive
-from dnnvss.evaluation.viewing.beside import leave_scores, read_scores
 from dnnvss.evaluation.viewing.design import Condition, conditions_of
 from dnnvss.evaluation.viewing.judgements import judgements, told
 from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
 from dnnvss.evaluation.viewing.making import script_json
 from dnnvss.evaluation.viewing.report import html_page, markdown, write_report
+from dnnvss.evaluation.viewing.run_scores import leave_scores, read_scores
 from dnnvss.evaluation.viewing.sheet import CHANGED, Sheet, Shown
 from dnnvss.evaluation.viewing.sounds import cut, in_noise, speech_power
 from dnnvss.runs.files import RunFiles
@@ -100,6 +100,8 @@ def test_designs_that_contradict_themselves_are_refused() -> None:
             conditions_of(replace(made, conditions=tuple(map(Condition, twice))), ["x"])
     with pytest.raises(DnnvssError, match="one name"):
         conditions_of(replace(made, anchors=("frozen", "frozen")), ["x"])
+    with pytest.raises(DnnvssError, match="the run y is shown by no condition"):
+        conditions_of(design("dscqs"), ["x", "y"])
     for change in ({"per_viewer": 9}, {"kind": "dscqs"}, {"kind": "intelligibility"}):
         with pytest.raises(DnnvssError):
             replace(made, **change)

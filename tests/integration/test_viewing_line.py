@@ -14,9 +14,9 @@ from viewing_cases import plain, simulated
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.runs import read_run
-from dnnvss.evaluation.viewing.beside import read_scores
 from dnnvss.evaluation.viewing.design import Condition, Design
 from dnnvss.evaluation.viewing.making import make_test
+from dnnvss.evaluation.viewing.run_scores import read_scores
 from dnnvss.evaluation.viewing.sheet import Sheet
 from dnnvss.media import SPEECH_RATE, opened, read_audio, read_video
 from dnnvss.settings import read_settings

@@ -138,8 +138,8 @@ def conditions_of(design: Design, runs: Sequence[str]) -> tuple[Condition, ...]:
         runs: names of the runs given.
 
     Raises:
-        DnnvssError: conditions of one name, one of a run that was not given, too few of them, a sound that does not
-            fit, or a reference that is none of them.
+        DnnvssError: conditions of one name, one of a run that was not given, a run that none shows, too few of them,
+            a sound that does not fit, or a reference that is none of them.
     """
     listed = design.conditions or tuple(Condition(name, run=k, style=design.style) for k, name in enumerate(runs, 1))
     found = (*listed, *(Condition(name, name) for name in design.anchors if name not in [c.name for c in listed]))
@@ -152,6 +152,9 @@ def conditions_of(design: Design, runs: Sequence[str]) -> tuple[Condition, ...]:
         if c.recorded and sound_of(design, c) == "engine":
             raise DnnvssError(f"the condition {c.name} moves as the recording does and cannot have an engine's voice",
                               remedy="Give it sound: recording, or leave it out")
+    if idle := [name for k, name in enumerate(runs, 1) if k not in {c.run for c in found}]:
+        raise DnnvssError(f"the run {idle[0]} is shown by no condition", remedy="Leave it out, or list conditions "
+                          "of your own in the design: {name: mine, run: 1}")
     if len(found) < (2 if design.pairs else 1):
         raise DnnvssError(f"a {design.kind} test compares two conditions at least, and there is {len(found)}",
                           remedy="Name more runs, or add anchors such as anchors: [through]")

@@ -90,8 +90,8 @@ def read_scores(folder: Path) -> tuple[Seen, ...]:
     return tuple(s for s in read_record(SeenBy, places.viewing, _REMEDY).tests if s.digest == own)
 
 
-def viewers_beside(result: Comparison, folders: Mapping[str, Path], styles: Mapping[str, Sequence[str]]
-                   ) -> list[Section]:
+def viewers_sections(result: Comparison, folders: Mapping[str, Path], styles: Mapping[str, Sequence[str]]
+                     ) -> list[Section]:
     """Viewers' scores of the systems of a comparison beside what was measured, for each test.
 
     Args:
