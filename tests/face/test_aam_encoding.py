@@ -120,7 +120,7 @@ def test_a_full_disk_says_so_and_leaves_nothing_half_written(
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(np, "savez", full)
+    monkeypatch.setattr(np.lib.format, "write_array", full)
     with pytest.raises(DnnvssError, match=r"face\.npz: cannot be written \(No space left on device\)"):
         _encode(toy, tmp_path / "aam")
     assert not [p for p in (tmp_path / "aam").rglob("*") if p.is_file()]

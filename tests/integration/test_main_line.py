@@ -208,7 +208,7 @@ def test_text_is_spoken_in_the_footage_of_an_utterance(home: Path) -> None:
 
 
 @pytest.mark.parametrize("wrong, message", [
-    ("into=nothing", "no utterance and no video file is named 'nothing'"), ("render=head", "no view 'head'"),
+    ("into=nothing", "no utterance and no video file is named 'nothing'"), ("render=soul", "no view 'soul'"),
     ("render=reference", "needs footage")])
 def test_footage_that_is_not_there_is_refused(home: Path, tmp_path: Path, wrong: str, message: str) -> None:
     with pytest.raises(DnnvssError, match=message):
