@@ -137,8 +137,8 @@ def sweep(folder: Path) -> list[Path]:
     What cannot be removed stays: it comes after everything else.
     """
     removed = []
-    with suppress(OSError):
-        for entry in list(os.scandir(folder)):
+    with suppress(OSError), os.scandir(folder) as found:
+        for entry in list(found):
             if is_temporary(entry.name) and entry.is_file(follow_symlinks=False) and _remove_dead(Path(entry.path)):
                 removed.append(Path(entry.path))
     return removed
