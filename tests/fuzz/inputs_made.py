@@ -5,7 +5,7 @@ import io
 import json
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -186,12 +186,18 @@ def _systems(folder: Path) -> dict[str, Made]:
     """What every system learns."""
     found = {}
     rng = np.random.default_rng(0)
-    examples = [make_example(f"e{i}", rng) for i in range(5)]
-    for name in sorted(path.stem for path in (kills.ROOT / "conf" / "model").glob("*.yaml") if path.stem != "auto"):
+    examples, kernel = [make_example(f"e{i}", rng) for i in range(5)], dict[str, Any]()
+    names = {path.stem for path in (kills.ROOT / "conf" / "model").glob("*.yaml")} - {"auto", "adapted"}
+    for name in [*sorted(names), "adapted"]:  # which learns from another
         with initialize_config_dir(str(kills.ROOT / "conf"), version_base="1.3"):
             given = [f"model={name}", "corpus.out=data", "labels.blocks=[centre_phone,phone_context,phone_span]",
                      *(q for q in kills.QUICK if q.startswith("trainer")), "trainer.batch_size=32"]
             settings = run_settings(compose("train", given))
+        if name == "adapted":
+            source = RunFiles(folder / "kernel").model
+            known = {"checkpoint": str(source), "digest": files.digest(source), "model": kernel}
+            settings = replace(settings, model={**settings.model, "sources": {"another": known}})
+        kernel = dict(settings.model) if name == "kernel" else kernel
         model = make_model(settings, settings.task)
         quiet(model.fit, examples[:3], examples[3:], folder / name)
         Run.save(folder / name, settings.task, model)
