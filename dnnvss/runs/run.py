@@ -86,7 +86,12 @@ class Run:
         Args:
             scale: size of the pictures over their usual size.
         """
-        return open_pictures(self.face, self.files.picture, scale)
+        return self._pictures if scale == 1 else open_pictures(self.face, self.files.picture, scale)
+
+    @cached_property
+    def _pictures(self) -> Pictures:
+        """Those of the usual size, made once for all that is said: they hold no more than what is drawn with."""
+        return open_pictures(self.face, self.files.picture)
 
     @cached_property
     def generator(self) -> Generator:

@@ -171,7 +171,7 @@ class Shelf:
         most: takes that are kept.
     """
 
-    def __init__(self, most: int = 40) -> None:
+    def __init__(self, most: int = 300) -> None:
         self._takes: OrderedDict[str, Take] = OrderedDict()
         self._most, self._lock = most, threading.Lock()
 
