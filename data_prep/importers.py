@@ -20,8 +20,8 @@ from dnnvss.text.variants import VARIANTS
 
 
 @dataclass(frozen=True, kw_only=True)
-class FolderSettings:
-    """Of :func:`data_prep.folder.prepare_folder`."""
+class OwnSettings:
+    """Of recordings of one's own, of whatever kind."""
 
     kind: str
     name: str
@@ -30,8 +30,14 @@ class FolderSettings:
     credit: str = ""
     val: float = setting(0.05, least=0, below=1)
     test: float = setting(0.05, least=0, below=1)
-    dim: int = setting(2, choices=(2, 3))
     rate: int | float | str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FolderSettings(OwnSettings):
+    """Of :func:`data_prep.folder.prepare_folder`."""
+
+    dim: int = setting(2, choices=(2, 3))
     sync: bool = False
     landmarker: str | None = None
     transcribe: bool = False
@@ -52,19 +58,11 @@ class GridSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MotionSettings:
+class MotionSettings(OwnSettings):
     """Of :func:`data_prep.motion.prepare_motion`."""
 
-    kind: str
-    name: str
-    variant: str = setting("en_us", choices=VARIANTS)
-    lexicon: Mapping[str, str] = setting({})
-    credit: str = ""
-    val: float = setting(0.05, least=0, below=1)
-    test: float = setting(0.05, least=0, below=1)
     jig: str | tuple[str, ...] = "jig"
     groups: Mapping[str, tuple[str, ...]] = setting({})
-    rate: int | float | str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

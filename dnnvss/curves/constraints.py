@@ -18,7 +18,7 @@ _ARRAYS = ("frames", "vectors", "low", "high", "softness", "streams")
 _SWEEPS = 60
 _TOLERANCE = 1e-10
 """Share of a constraint's own size to which it is met."""
-_INFEASIBLE = 1e-3
+_INFEASIBLE = 1e-6
 """A constraint that misses by more than this share of its size in the end contradicts the others."""
 
 

@@ -120,10 +120,8 @@ class SpeakingDesk:
         """A few pictures of a take."""
         take = self._shelf.get(asked.names["take"])
         first, count = (_whole(asked.query, name, default) for name, default in (("first", 0), ("count", 8)))
-        if view := asked.query.get("view"):
-            take = take.seen_as(view)
         with self._work.task("pictures"):
-            return Content(take.pictures(first, count), "application/octet-stream")
+            return Content(take.pictures(first, count, asked.query.get("view")), "application/octet-stream")
 
     def stream(self, body: Any) -> Iterator[str | bytes]:
         """Say something; yield the take as JSON, then its pictures one by one."""

@@ -61,16 +61,22 @@ class Take:
         scipy.io.wavfile.write(file, heard.rate, np.round(np.clip(heard.samples, -1, 1) * 32767).astype(np.int16))
         return file.getvalue()
 
-    def pictures(self, first: int, count: int) -> bytes:
+    def pictures(self, first: int, count: int, view: str | None = None) -> bytes:
         """Pictures as JPEG one after the other, each behind its length in four bytes, the lowest first.
 
+        Args:
+            first: counted from 0.
+            count: how many.
+            view: what is seen; what was asked for with the take where None.
+
         Raises:
-            DnnvssError: there are no such pictures.
+            DnnvssError: there are no such pictures, or faces of this kind have no such view.
         """
         if not (0 <= first < self.frames and 1 <= count <= MOST_PICTURES):
             raise DnnvssError(f"there are pictures 0 to {self.frames - 1}, at most {MOST_PICTURES} at a time")
-        parts = []
-        for picture in self.spoken.stage.frames(self.spoken.shown[first:first + count]):
+        stage, parts = self.spoken.stage, []
+        stage = replace(stage, views=(view,)) if view else stage
+        for picture in stage.frames(self.spoken.shown[first:first + count]):
             _, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
                                    [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
             parts += [len(data).to_bytes(4, "little"), data.tobytes()]
@@ -147,16 +153,6 @@ class Take:
         with files.replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
             for name in sorted(set(self.makers) - {path.name}):
                 archive.write(self.file(name, path.parent), name)
-
-    def seen_as(self, view: str) -> "Take":
-        """The same take in another view.
-
-        Raises:
-            DnnvssError: faces of this kind have no such view.
-        """
-        spoken = replace(self.spoken)
-        spoken.__dict__["stage"] = replace(self.spoken.stage, views=(view,))
-        return replace(self, spoken=spoken)
 
 
 def _unit(spoken: Spoken, name: str) -> str:
