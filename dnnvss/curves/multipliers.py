@@ -13,6 +13,7 @@ _CHUNK = 256
 _DEAD = 1e-9
 """Influence below this share of its peak is cut; the sweeps of :mod:`dnnvss.curves.constraints` make up for it."""
 _PATIENCE = 4
+_REFINEMENTS = 3
 
 
 def influences(equations: NormalEquations, rows: scipy.sparse.csr_array, columns: int) -> np.ndarray:
@@ -126,12 +127,29 @@ def _submatrix(bands: np.ndarray, kept: np.ndarray) -> np.ndarray:
 
 
 def _solve(bands: np.ndarray, rhs: np.ndarray) -> np.ndarray:
-    """Return the solution, with the smallest ridge that lets nearly dependent constraints be told apart."""
+    """The solution, with the smallest ridge that lets nearly dependent constraints be told apart.
+
+    Each constraint is scaled to an influence of 1 on itself, so that the ridge means the same for a hard one and for
+    one so soft that it weighs a billion times more; what the ridge took is put back by refinement.
+    """
+    size = np.sqrt(bands[0])
+    scaled = bands.copy()
+    for k in range(min(len(bands), len(size))):
+        scaled[k, : len(size) - k] /= size[k:] * size[: len(size) - k]
     for ridge in (1e-13, 1e-11, 1e-9, 1e-7):
-        raised = bands.copy()
-        raised[0] += ridge * bands[0].max()
-        _, solution, info = lapack.dpbsv(raised, rhs, lower=1)
+        raised = scaled.copy()
+        raised[0] += ridge
+        factor, info = lapack.dpbtrf(raised, lower=1)
         if not info:
-            return solution
+            return _refined(scaled, factor, rhs / size) / size
     raise DnnvssError("the constraints depend on one another too closely to be told apart",
                       remedy="Take some of them out or make them soft")
+
+
+def _refined(bands: np.ndarray, factor: np.ndarray, rhs: np.ndarray) -> np.ndarray:
+    """The solution (M,) for the matrix ``bands``, from the factor of a matrix near it."""
+    solution = np.zeros(len(rhs))
+    for _ in range(_REFINEMENTS):
+        correction, _ = lapack.dpbtrs(factor, rhs - multiply(bands, solution), lower=1)
+        solution += correction
+    return solution

@@ -34,6 +34,16 @@ def test_a_soft_one_weighs_like_an_observation():
     assert np.allclose(x, 1.2, atol=1e-12)
 
 
+def test_a_key_is_met_to_rounding_beside_a_range_that_gives_way_almost_freely():
+    """What a soft range adds to the diagonal is 1e14 times what neighbouring keys weigh; neither is blurred by it."""
+    _, x0, variance = problem()
+    keys = hold([10, 11, 12, 13], np.array([1e-3, 0.0, 0.0]), value=1e-2, label="key")
+    free = hold([20, 21], np.ones(3), high=-5.0, softness=1e4, label="range")
+    x = constrain(x0, variance, Constraints.joined([keys, free]))
+    assert np.abs(x[10:14, 0] * 1e-3 - 1e-2).max() < 1e-12
+    assert np.abs(x[30:] - x0[30:]).max() < 0.1
+
+
 @pytest.mark.parametrize("windows", [STATIC_DELTA, STATIC_DELTA_DELTA2])
 @pytest.mark.parametrize("frames", [1, 2, 5, 60])
 def test_equalities_equal_the_dense_kkt_solve(windows, frames):
