@@ -1,3 +1,4 @@
+const DATA = JSON.parse(document.getElementById('data').textContent);
 const ink = () => getComputedStyle(document.documentElement).getPropertyValue('--ink').trim();
 function draw(canvas, points, contours, box) {
   const c = canvas.getContext('2d'), s = canvas.width / (box[2] - box[0]);

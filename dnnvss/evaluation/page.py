@@ -62,9 +62,13 @@ def write_page(
         definitions="".join(f"<dt>{html.escape(m.title)}</dt><dd>{html.escape(m.definition)} ({BETTER[m.better]})</dd>"
                             for m in result.measures),
     )
-    data = files.json_text(moving, separators=(",", ":")).replace("</", "<\\/")
-    script = f"const DATA = {data};\n" + _own("page.js")
-    return files.write_text(path, document(title, body, _own("page.css"), script))
+    data = files.json_text(moving, separators=(",", ":"))
+    return files.write_text(path, document(title, body, _own("page.css"), script(), data))
+
+
+def script() -> str:
+    """The JavaScript of every report; what it draws stands in the page."""
+    return _own("page.js")
 
 
 def _own(name: str) -> str:

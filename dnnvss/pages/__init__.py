@@ -1,11 +1,14 @@
 """The look of all pages: one palette for light and dark, and the style of those that are read."""
 
+import base64
+import hashlib
 import html
 from collections.abc import Iterable
 from importlib import resources
 
 PALETTE = "palette.css"
 """The file of the colours by name, which every page has; the studio serves it beside its own files."""
+_NONE = "'none'"
 
 
 def style(name: str) -> str:
@@ -13,22 +16,37 @@ def style(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text("utf-8")
 
 
-def document(title: str, body: str, own: str = "", script: str = "") -> str:
+def document(title: str, body: str, own: str = "", script: str = "", data: str = "") -> str:
     """A page that opens from disk and needs no other file.
 
     Args:
         title: as text.
         body: what stands in its ``main``, as HTML.
         own: style that this page adds.
-        script: JavaScript behind the body; a page without any lets none run, wherever it may come from.
+        script: JavaScript behind the body; none but this runs, wherever it may come from.
+        data: JSON that the script finds as the text of the element ``data``.
     """
     sheet = style(PALETTE) + style("document.css") + own
-    code = f"<script>\n{script}</script>\n" if script else ""
-    policy = "" if script else '<meta http-equiv="Content-Security-Policy" content="script-src \'none\'">\n'
+    given = data.replace("<", "\\u003c")
+    block = f'<script type="application/json" id="data">{given}</script>\n' if data else ""
+    code = f"<script>{_inline(script)}</script>\n" if script else ""
     return ('<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            f'{policy}<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f'<meta http-equiv="Content-Security-Policy" content="{only(script)}">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
             f"<title>{html.escape(title)}</title>\n<style>\n{sheet}</style>\n</head>\n"
-            f"<body>\n<main>\n{body}\n</main>\n{code}</body>\n</html>\n")
+            f"<body>\n<main>\n{body}\n</main>\n{block}{code}</body>\n</html>\n")
+
+
+def only(*scripts: str) -> str:
+    """The part of a content policy by which no script runs in a document but these, each as it was given to it."""
+    hashes = [hashlib.sha256(_inline(script).encode()).digest() for script in scripts if script]
+    allowed = [f"'sha256-{base64.b64encode(each).decode()}'" for each in hashes]
+    return f"script-src {' '.join(allowed) or _NONE}"
+
+
+def _inline(script: str) -> str:
+    """A script as it stands in a document."""
+    return f"\n{script}"
 
 
 def bars(rows: Iterable[tuple[str, str, int]]) -> str:

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.resources import files as package_files
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any
 
 from dnnvss.errors import DnnvssError
@@ -12,6 +13,9 @@ from dnnvss.pages import PALETTE, style
 _KINDS = {".html": "text/html; charset=utf-8", ".css": "text/css; charset=utf-8",
           ".js": "text/javascript; charset=utf-8", ".svg": "image/svg+xml", ".png": "image/png"}
 """Kinds of static files by suffix; others are not served."""
+
+POLICY = "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
+"""What a page of this package may load, and who may show it: nothing and nobody but this server."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +41,22 @@ class Content:
     kind: str
 
 
+@dataclass(frozen=True)
+class Document:
+    """A file to answer with that was written as a page of its own, and what it may do.
+
+    Args:
+        path: of the file.
+        policy: its content policy, in place of that of the pages of this package.
+    """
+
+    path: Path
+    policy: str
+
+
 Handler = Callable[[Asked], Any]
-"""Runs in a thread of its own. It answers with plain containers (sent as JSON), :class:`Content`, or the path of a
-file; what is wrong with the request is a ``DnnvssError``, whose text the page is sent."""
+"""Runs in a thread of its own. It answers with plain containers (sent as JSON), :class:`Content`, the path of a
+file, or a :class:`Document`; what is wrong with the request is a ``DnnvssError``, whose text the page is sent."""
 
 
 class BusyError(DnnvssError):
@@ -83,20 +100,47 @@ class Route:
         return named if same and all(named.values()) else None
 
 
+def _nothing(name: str) -> "Page | None":
+    del name
+    return None
+
+
 @dataclass(frozen=True)
 class Page:
-    """A page: the folder of its static files in ``studio/pages``, and its routes."""
+    """A page, and the pages under it.
+
+    Args:
+        folder: of its static files in ``studio/pages``.
+        routes: what else it answers.
+        under: the page under the first part of a path, None where there is none: what it has at ``/icon.svg`` is
+            found at ``/PART/icon.svg``. It may raise a ``DnnvssError``.
+    """
 
     folder: str
     routes: tuple[Route, ...]
+    under: "Callable[[str], Page | None]" = _nothing
 
     def static(self) -> dict[str, Content]:
         """Static files by path; ``/`` is ``index.html``, and all pages have one palette.
 
         No other file of the package or the disk is among them.
         """
-        found = {f"/{PALETTE}": Content(style(PALETTE).encode(), _KINDS[".css"])}
-        for file in package_files(__package__).joinpath("pages", self.folder).iterdir():
-            if kind := _KINDS.get(PurePath(file.name).suffix):
-                found[f"/{file.name}"] = Content(file.read_bytes(), kind)
-        return {"/": found["/index.html"], **found}
+        return _static(self.folder)
+
+    def within(self, parts: Sequence[str]) -> "tuple[Page, Sequence[str]]":
+        """The page that a path leads to, and what of the path is left to it.
+
+        Args:
+            parts: of the path between its slashes, decoded.
+        """
+        inner = self.under(parts[0]) if len(parts) > 1 and parts[0] else None
+        return (self, parts) if inner is None else inner.within(parts[1:])
+
+
+@cache
+def _static(folder: str) -> dict[str, Content]:
+    found = {f"/{PALETTE}": Content(style(PALETTE).encode(), _KINDS[".css"])}
+    for file in package_files(__package__).joinpath("pages", folder).iterdir():
+        if kind := _KINDS.get(PurePath(file.name).suffix):
+            found[f"/{file.name}"] = Content(file.read_bytes(), kind)
+    return {"/": found["/index.html"], **found}

@@ -24,11 +24,11 @@ from aiohttp.http import RawRequestMessage
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.studio.bodies import read_body
-from dnnvss.studio.page import STREAM, Asked, BusyError, Content, Page, Route
+from dnnvss.studio.page import POLICY, STREAM, Asked, BusyError, Content, Document, Page, Route
 
 _HEADERS = {
     "Cache-Control": "no-store",
-    "Content-Security-Policy": "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Content-Security-Policy": POLICY,
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Server": "dnnvss",
@@ -88,7 +88,7 @@ class Server:
 
     def __init__(self, page: Page, port: int = 0, host: str = "127.0.0.1", limits: ServerLimits | None = None,
                  token: str | None = None, names: Sequence[str] = ()) -> None:
-        self.page, self.limits, self._static = page, limits or ServerLimits(), page.static()
+        self.page, self.limits = page, limits or ServerLimits()
         remedy = "Give another one, or --port 0 for a free one"
         if not 0 <= port <= 65535:
             raise DnnvssError(f"port {port} cannot be used (there are 0 to 65535)", remedy=remedy)
@@ -235,14 +235,14 @@ class Server:
         return socket
 
     async def _handled(self, request: web.BaseRequest) -> web.StreamResponse:
-        path = request.rel_url.raw_path
-        if request.method in _READING and path in self._static:
-            response = _response(self._static[path])
+        parts = [unquote(part) for part in request.rel_url.raw_path.split("/")[1:]]
+        page, parts = await asyncio.to_thread(self.page.within, parts) if len(parts) > 1 else (self.page, parts)
+        if request.method in _READING and len(parts) == 1 and (file := page.static().get(f"/{parts[0]}")):
+            response = _response(file)
             if self._token and request.query.get("token"):
                 response.set_cookie(_COOKIE, self._token, httponly=True, samesite="Strict")
             return response
-        parts = [unquote(part) for part in path.split("/")[1:]]
-        fitting = [(route, names) for route in self.page.routes if (names := route.match(parts)) is not None]
+        fitting = [(route, names) for route in page.routes if (names := route.match(parts)) is not None]
         method = "GET" if request.method == "HEAD" else request.method
         for route, names in fitting:
             if route.method == method:
@@ -311,10 +311,13 @@ _QUIET.setLevel(logging.CRITICAL + 1)  # what strangers send is not written into
 
 def _response(value: Any) -> web.StreamResponse:
     """The answer of what a handler gave."""
+    policy = {}
+    if isinstance(value, Document):
+        value, policy = value.path, {"Content-Security-Policy": value.policy}
     if isinstance(value, Path):
         if not value.is_file():
             raise DnnvssError("no such file", file=value)
-        return web.FileResponse(value, headers=_HEADERS)
+        return web.FileResponse(value, headers=_HEADERS | policy)
     if not isinstance(value, Content):
         value = Content(json.dumps(value, allow_nan=False).encode(), "application/json")
     return web.Response(body=value.body, headers={"Content-Type": value.kind, **_HEADERS})

@@ -177,7 +177,7 @@ def test_reports(tmp_path):
     assert "a &amp; &lt;b&gt;" in page and "<b>" not in page.replace("a & <b>", "")
     assert page.count("<details open>") == 1 and page.count("<details>") >= 6  # one sentence is open, the rest folded
     assert not re.search(r'(src|href)="(https?:)?//', page)  # nothing is fetched
-    embedded = json.loads(re.search(r"const DATA = (.*?);\n", page).group(1))
+    embedded = json.loads(re.search(r'id="data">(.*?)</script>', page).group(1))
     assert len(embedded) == 3 and len(embedded[0]["faces"]) == 3
     shown = np.array(embedded[0]["faces"][0])
     assert shown.shape == (embedded[0]["frames"], 8)
