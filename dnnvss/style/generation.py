@@ -122,8 +122,7 @@ def generate(
     own = Constraints.none(columns) if constraints is None else constraints
     for name, rule in LIP_RULES.items():
         if getattr(style, name) and name not in unknown:
-            phones = rule.rule(talker.levels[rule.gauge])
-            held.append(phones.constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
+            held.append(talker.held(rule).constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
 
     def solved(rows: list[Constraints]) -> np.ndarray:
         """The trajectory that holds all of them."""

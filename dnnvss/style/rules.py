@@ -25,6 +25,8 @@ class PhoneRule:
         part: from where to where in the phone, as shares of its duration. The frames whose centres lie in it are held,
             and at least the one nearest to its middle.
         softness: 0 holds it, a positive number in the gauge's unit gives way.
+        beside: the softness in a phone in which the caller holds something else: a lower lip at the teeth would pull
+            the upper one up under a key that opens the mouth.
     """
 
     name: str
@@ -33,6 +35,7 @@ class PhoneRule:
     high: float = np.inf
     part: tuple[float, float] = (0.25, 0.75)
     softness: float = 0.0
+    beside: float = 0.0
 
     def constraints(self, tier: Tier, clock: FrameClock, gauge: Gauge, frames: int,
                     first: Constraints | None = None) -> Constraints:
@@ -44,14 +47,17 @@ class PhoneRule:
             gauge: what is measured.
             frames: T.
             first: constraints that come first: a phone in which one of them asks the same gauge, in whatever unit,
-                for values outside the rule's range is left to it.
+                for values outside the rule's range is left to it, and where one asks for anything the rule is as soft
+                as ``beside`` says.
         """
         parts = [Constraints.none(len(gauge.vector))]
         for segment, at in phone_frames(tier, clock, self.phones, frames, self.part):
             if first is not None and self._forbidden(first, gauge, at):
                 continue
+            others = first is not None and bool(np.isin(first.frames, at).any())
             parts.append(hold(at, gauge.vector, gauge.constant, low=self.low, high=self.high,
-                              softness=self.softness, label=f"{self.name} on {segment.label} at {segment.start:.2f} s"))
+                              softness=max(self.softness, self.beside if others else 0.0),
+                              label=f"{self.name} on {segment.label} at {segment.start:.2f} s"))
         return Constraints.joined(parts)
 
     def _forbidden(self, first: Constraints, gauge: Gauge, at: np.ndarray) -> bool:

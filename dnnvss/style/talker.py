@@ -26,6 +26,7 @@ class LipRule:
         said: the phones in words.
         rule: level to rule.
         usual: the share of all frames of speech that lie below the level of a talker of whom nothing else is known.
+        beside: softness, as a share of the gauge's range, in a phone in which an artist holds something else.
     """
 
     gauge: str
@@ -33,10 +34,12 @@ class LipRule:
     said: str
     rule: Callable[[float], PhoneRule]
     usual: float
+    beside: float = 0.0
 
 
+_BESIDE = 0.2
 LIP_RULES = {"closures": LipRule(APERTURE, BILABIALS, "p, b or m", closure, 0.05),
-             "contacts": LipRule(LOWER_LIP, LABIODENTALS, "f or v", teeth_contact, 0.1)}
+             "contacts": LipRule(LOWER_LIP, LABIODENTALS, "f or v", teeth_contact, 0.1, _BESIDE)}
 """Setting of a style to its rule."""
 _LIMITED = (APERTURE, LOWER_LIP, WIDTH)
 """Gauges that stay within what the talker showed."""
@@ -115,6 +118,11 @@ class Talker:
                   for rule in LIP_RULES.values() if rule.gauge in gauges}
         spread = np.maximum(at_rest.std(axis=0), np.maximum(_LEAST * np.sqrt(natural), 1e-6))
         return cls(natural, _closed(at_rest, reach, levels).mean(axis=0), spread, gauges, levels, reach=reach)
+
+    def held(self, rule: LipRule) -> PhoneRule:
+        """A rule at this talker's level."""
+        low, high = self.reach.spans.get(rule.gauge, (0.0, 0.0)) if self.reach else (0.0, 0.0)
+        return replace(rule.rule(self.levels[rule.gauge]), beside=rule.beside * (high - low))
 
     @property
     def unknown(self) -> dict[str, str]:

@@ -7,7 +7,7 @@ import pytest
 
 from dnnvss import DnnvssError
 from dnnvss.curves import derivatives, mlpg
-from dnnvss.curves.constraints import constrain
+from dnnvss.curves.constraints import constrain, hold
 from dnnvss.face.base import Gauge
 from dnnvss.style.keys import Key, coefficients, key_constraints, read_keys, sample_keys, write_keys
 from dnnvss.style.rules import (
@@ -55,6 +55,15 @@ def test_closure_holds_and_leaves_the_rest_nearly_alone():
     assert np.abs(x - x0)[70:].max() < 0.05 * np.abs(x - x0).max()
     contact = teeth_contact(1.0, part=(0.0, 1.0)).constraints(TIER, CLOCK, APERTURE, 80)
     assert set(contact.frames) == set(range(48, 54))
+
+
+def test_a_contact_gives_way_where_the_caller_holds_something_else():
+    """Only in the phone that has a key, by the rule's own softness there; a key elsewhere leaves it hard."""
+    contact = teeth_contact(1.0, beside=0.4)
+    key = [hold([frame], np.array([0.0, 1.0]), low=2.0) for frame in (51, 10)]
+    inside, outside = (contact.constraints(TIER, CLOCK, APERTURE, 80, first) for first in key)
+    assert set(inside.softness) == {0.4} and set(outside.softness) == {0.0}
+    assert set(closure(0.5).constraints(TIER, CLOCK, APERTURE, 80, key[0]).softness) == {0.0}
 
 
 def test_levels_of_the_talker():
