@@ -1,10 +1,11 @@
 """What random sentences look like that nobody recorded: does a face leave what its talker showed, and does it fold?
 
-    OMP_NUM_THREADS=1 python benchmarks/outside_range.py RUN ... [--sentences 1000] [--style articulated] [--out FOLDER]
+    python benchmarks/outside_range.py RUN ... [--sentences 1000] [--skip 0] [--style NAME] [--out FOLDER]
 
 Each sentence is a row of random words in random order, at the durations that the run learnt. Counted are pictures with
 a turned-over triangle (the ring round the mesh as well), with lips that cross, and with an aperture above 1.1 times the
-talker's largest. The frame farthest out of each run is written as ``NAME_worst.png``.
+talker's largest. The frame farthest out of each run is written as ``NAME_worst.png``. ``--skip`` passes over the first
+sentences, so that a thousand can be counted in pieces.
 """
 
 import argparse
@@ -14,6 +15,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -138,11 +140,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path)
     parser.add_argument("--sentences", type=int, default=1000)
+    parser.add_argument("--skip", type=int, default=0)
     parser.add_argument("--style", default="articulated")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     for path in options.runs:
-        counts, renderer = count_run(Run.open(path), options.style, sentences(options.sentences))
+        texts = islice(sentences(options.skip + options.sentences), options.skip, None)
+        counts, renderer = count_run(Run.open(path), options.style, texts)
         print(f"{path.name}: {counts.frames} frames, {counts.folded} folded, {counts.crossed} with crossing lips, "
               f"{counts.gaping} too wide open (widest {counts.widest:.3f} of the talker's)")
         if options.out and counts.worst:

@@ -144,7 +144,7 @@ class Revoicer:
         self._points = reconstruct(model, code)[0]
         self._ring = self.patch.around(self._points)
         self._canvases = np.stack([self.patch.canvas(*frame) for frame in
-                                   zip(footage.images, self._points, self._ring, code.pose, strict=True)])
+                                   zip(footage.images, self._points, self._ring, strict=True)])
         self._light = self._lights() * own_detail
         self._skin = self.patch.skin * own_detail
 

@@ -10,7 +10,6 @@ from scipy.ndimage import distance_transform_edt
 from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.face.aam.mesh import rim, signed_area
 from dnnvss.face.aam.painter import Painter
-from dnnvss.face.pose import to_reference
 
 BATCH = 64
 """Frames whose textures are decoded together."""
@@ -88,11 +87,13 @@ class Patch:
         middle = edge.mean(axis=-2, keepdims=True)
         return middle + (edge - middle) * (1 + self.ring)
 
-    def canvas(self, image: np.ndarray, points: np.ndarray, ring: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """Return a picture (H, W_, 3) drawn on the canvas, by its points (P, 2), ring (R, 2) and head pose (4,)."""
-        warp = self.model.warp
-        far = to_reference(ring, pose, self.model.reference.pivot)
-        target = np.vstack([self.place, (far - warp.origin) * warp.scale + MARGIN])
+    def canvas(self, image: np.ndarray, points: np.ndarray, ring: np.ndarray) -> np.ndarray:
+        """A picture (H, W_, 3) drawn on the canvas, by its points (P, 2) and ring (R, 2).
+
+        On the canvas the ring lies round the texture's shape: its mouth is open, and the chin of that may be below a
+        ring round the picture's face, which would turn the triangles between the two over.
+        """
+        target = np.vstack([self.place, self.around(self.place)])
         return Painter(self.triangles, np.vstack([points, ring]), self.inner, self.size, np.eye(2, 3)).paint(image,
                                                                                                              target)
 

@@ -37,7 +37,7 @@ class Renderer:
         self.model, self.neutral, self.scale, self.patch = model, neutral, scale, Patch(model)
         self._base = resized(neutral.image, scale)
         self._ring = self.patch.around(neutral.points)
-        canvas = self.patch.canvas(neutral.image, neutral.points, self._ring, neutral.pose)
+        canvas = self.patch.canvas(neutral.image, neutral.points, self._ring)
         self.atlas = _atlas(canvas, self._base)
         self._constant, self._modes = self._blend(canvas)
         self._box = bounds(np.vstack([neutral.points, self._ring]) * scale, self.size)

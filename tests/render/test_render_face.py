@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from face.aam_cases import CONFIG, GROUPS, SIZE, clip_arrays, clips, corpus, face, picture
@@ -14,6 +15,7 @@ from dnnvss.face.aam.painter import Painter
 from dnnvss.face.encoding import encode_corpus
 from dnnvss.render import Neutral, Renderer, choose_neutral, plots, revoicer
 from dnnvss.render import neutral as neutral_module
+from dnnvss.render.patch import Patch
 from dnnvss.render.pictures import open_pictures, still
 
 
@@ -63,6 +65,30 @@ def test_a_mesh_of_many_triangles_is_drawn_as_one_of_few_is() -> None:
     assert len(many.triangles) > 255 > len(few.triangles)
     drawn = many.paint(image, grid @ turn).astype(int) - few.paint(image, corners @ turn)
     assert np.abs(drawn[8:30, 10:30]).max() <= 1
+
+
+def test_a_pixel_on_an_edge_is_read_by_the_first_of_two_triangles() -> None:
+    """What is thin in the result and wide in the source reads far beyond its corners half a pixel from its edge."""
+    own, after = [[0.0, 0], [10, 0], [14, 20], [0, 20]], [[30.0, 0], [34, 20]]
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 2], [4, 5, 2]])
+    painter = Painter(triangles, np.array(own + after), EMPTY, (20, 24), np.eye(2, 3))
+    x, _ = painter.maps(np.array([*own, [11.0, 0], [15, 20]]))
+    row, column = np.mgrid[1:19, 1:18]
+    inside = column + 0.5 < 10 + 4 * (row + 0.5) / 20
+    assert x[1:19, 1:18][inside] == pytest.approx(column[inside])
+
+
+def test_round_the_texture_lies_the_skin_below_a_closed_mouth(model: ActiveAppearanceModel) -> None:
+    """The texture's mouth is open: its chin lies below a ring round a picture whose mouth is shut."""
+    patch = Patch(model)
+    shut = model.mean_shape.mean(axis=0) + (model.mean_shape - model.mean_shape.mean(axis=0)) * (1, 0.5)
+    points = shut - shut.min(axis=0) + 60
+    image = np.full((160, 160, 3), 200, np.uint8)
+    image[:30] = 0  # where pixels that no triangle owns would be read
+    canvas = patch.canvas(image, points, patch.around(points))
+    mesh = np.zeros(patch.size, np.uint8)
+    cv2.fillConvexPoly(mesh, cv2.convexHull(patch.place.round().astype(np.int32)), 1)
+    assert (canvas[cv2.dilate(mesh, np.ones((5, 5), np.uint8)) > 0] > 150).all()
 
 
 def test_pictures_drawn_together_are_those_drawn_alone() -> None:

@@ -36,6 +36,10 @@ class PaintPlan:
 class Painter:
     """A mesh that is drawn at ever new places from one fixed source picture.
 
+    Triangles reach half a pixel beyond their edges, so that none is left out between two. Of those that reach a pixel
+    the first in order owns it: a triangle that is thin in the result and wide in the source reads far beyond its own
+    corners there, so a mesh's own triangles stand before those of what surrounds it.
+
     Args:
         triangles: corners (K, 3).
         source: corners (K, 3, 2) of each triangle in the source picture, or points (V, 2) of the mesh there.
@@ -62,7 +66,8 @@ class Painter:
 
     @cached_property
     def _coarse(self) -> list[int]:
-        return np.setdiff1d(np.arange(len(self.triangles)), self.fine).tolist()
+        """Those that are not fine, the last first: what is drawn later owns the pixel."""
+        return np.setdiff1d(np.arange(len(self.triangles)), self.fine)[::-1].tolist()
 
     @cached_property
     def _polygons(self) -> tuple[np.ndarray, list[np.ndarray]]:
