@@ -186,7 +186,7 @@ def main(arguments: Sequence[str]) -> int:
     maker.add_argument("--jobs", type=whole(1), default=1, help="processes that render (1)")
     server = add("serve", serve, "serve a test: hand out its lists, take the answers")
     server.add_argument("test", type=Path, metavar="TEST", help="the folder that `dnnvss viewing make` wrote")
-    server.add_argument("--port", type=whole(0, 65535), default=8766, help="0 takes a free one (8766)")
+    server.add_argument("--port", type=whole(0, 65535), default=8767, help="0 takes a free one (8767)")
     server.add_argument("--host", default="127.0.0.1", help="address to listen on (this machine alone)")
     server.add_argument("--name", action="append", default=[], metavar="NAME[:PORT]",
                         help="another name by which viewers reach it, through a proxy; may be given again")

@@ -1,6 +1,7 @@
 """What a page of the studio is: static files of the package, and a table of routes with their handlers."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files as package_files
@@ -26,11 +27,36 @@ class Asked:
         names: the parts of the path that the route names, decoded.
         query: what stands behind the question mark.
         body: the value of the JSON sent, None where there is none; the bytes where the route takes bytes.
+        notes: what the handler leaves for :class:`Seen`.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
     query: Mapping[str, str] = field(default_factory=dict)
     body: Any = None
+    notes: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A request that is over, for counts and logs: nothing in it is what somebody wrote.
+
+    Args:
+        method: GET, POST; others as ``OTHER``.
+        route: the path of the :class:`Route`, with its parts in braces; empty where nothing was found.
+        status: of the answer; 499 where the client left before it.
+        seconds: from the first byte of the request to the last of the answer.
+        received: bytes of the body.
+        sent: bytes of the answer, as far as they are known.
+        notes: of the handler.
+    """
+
+    method: str
+    route: str
+    status: int
+    seconds: float
+    received: int = 0
+    sent: int = 0
+    notes: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,8 +81,9 @@ class Document:
 
 
 Handler = Callable[[Asked], Any]
-"""Runs in a thread of its own. It answers with plain containers (sent as JSON), :class:`Content`, the path of a
-file, or a :class:`Document`; what is wrong with the request is a ``DnnvssError``, whose text the page is sent."""
+"""Runs in a thread of its own, or is a coroutine function, which is cancelled when the client leaves. It answers with
+plain containers (sent as JSON), :class:`Content`, the path of a file, or a :class:`Document`; what is wrong with the
+request is a ``DnnvssError``, whose text the page is sent."""
 
 
 class BusyError(DnnvssError):
@@ -72,8 +99,9 @@ class Route:
     """A method and a path such as ``/points/{image}``, and who handles them.
 
     Args:
-        method: GET, POST, or STREAM for a WebSocket: the handler is given the first message, which is JSON, and what it
-            yields is sent, text or bytes, as fast as the client takes it; it is closed when the client leaves.
+        method: GET, POST, or STREAM for a WebSocket: the handler, an asynchronous generator, is given the first
+            message, which is JSON, and what it yields is sent, text or bytes, as fast as the client takes it; it is
+            closed when the client leaves.
         path: parts in braces are named.
         handler: what answers.
         about: what it does, in half a sentence.
@@ -105,6 +133,10 @@ def _nothing(name: str) -> "Page | None":
     return None
 
 
+def _unseen(seen: Seen) -> None:
+    del seen
+
+
 @dataclass(frozen=True)
 class Page:
     """A page, and the pages under it.
@@ -114,11 +146,15 @@ class Page:
         routes: what else it answers.
         under: the page under the first part of a path, None where there is none: what it has at ``/icon.svg`` is
             found at ``/PART/icon.svg``. It may raise a ``DnnvssError``.
+        around: what is there while the page is served: entered before the first request, left behind the last.
+        seen: is told of every request that is over.
     """
 
     folder: str
     routes: tuple[Route, ...]
     under: "Callable[[str], Page | None]" = _nothing
+    around: Callable[[], AbstractAsyncContextManager[Any]] = nullcontext
+    seen: Callable[[Seen], None] = _unseen
 
     def static(self) -> dict[str, Content]:
         """Static files by path; ``/`` is ``index.html``, and all pages have one palette.

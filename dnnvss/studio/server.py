@@ -9,10 +9,13 @@ import json
 import logging
 import socket
 import threading
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+import time
+from collections.abc import AsyncGenerator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import aclosing, suppress
 from dataclasses import dataclass
 from hmac import compare_digest
+from inspect import iscoroutinefunction
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -24,7 +27,7 @@ from aiohttp.http import RawRequestMessage
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.studio.bodies import read_body
-from dnnvss.studio.page import POLICY, STREAM, Asked, BusyError, Content, Document, Page, Route
+from dnnvss.studio.page import POLICY, STREAM, Asked, BusyError, Content, Document, Page, Route, Seen
 
 _HEADERS = {
     "Cache-Control": "no-store",
@@ -36,8 +39,11 @@ _HEADERS = {
 }
 _READING = ("GET", "HEAD")
 """Methods that change nothing."""
-_BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+_BUSY = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 1\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+_LEFT = 499
+"""The status of a request whose client left before the answer, as it is written of by other servers too."""
 _COOKIE = "dnnvss"
+_ROUTE, _NOTES = web.RequestKey("route", str), web.RequestKey("notes", dict)
 _LOG = logging.getLogger(__name__)
 
 
@@ -47,7 +53,9 @@ class ServerLimits:
 
     Args:
         body: bytes that are sent with a request.
-        connections: open at a time.
+        connections: open at a time; where there are as many, one that asks for nothing makes room for the next.
+        bringing: bodies of bytes that are taken at a time.
+        threads: that handlers may keep busy.
         headers: seconds until a request has begun, of a new connection or after the answer before.
         sending: seconds in which the body has to arrive.
         answering: seconds in which an answer has to be taken.
@@ -56,6 +64,8 @@ class ServerLimits:
 
     body: int = 1_000_000
     connections: int = 100
+    bringing: int = 8
+    threads: int = 32
     headers: float = 30.0
     sending: float = 30.0
     answering: float = 300.0
@@ -132,13 +142,20 @@ class Server:
             self._thread.join(1.0)
 
     async def _serve(self) -> None:
-        self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
-        manager = web.Server(self._answer, request_factory=self._request)
         try:
-            listening = await self._loop.create_server(lambda: _Connection(manager, self.limits), sock=self._socket)
+            self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
+            self._loop.set_default_executor(ThreadPoolExecutor(self.limits.threads, "page"))
+            self._bringing = asyncio.Semaphore(self.limits.bringing)
+            async with self.page.around():
+                await self._listen(self._loop, self._end)
         finally:
             self._ready.set()
-        await self._end.wait()
+
+    async def _listen(self, loop: asyncio.AbstractEventLoop, end: asyncio.Event) -> None:
+        manager = web.Server(self._answer, request_factory=self._request, handler_cancellation=True)
+        listening = await loop.create_server(lambda: _Connection(manager, self.limits), sock=self._socket)
+        self._ready.set()
+        await end.wait()
         listening.close()
         manager.pre_shutdown()
         await manager.shutdown(self.limits.ending)
@@ -149,7 +166,15 @@ class Server:
         return web.BaseRequest(message, payload, protocol, writer, task, protocol._loop, client_max_size=most)
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
-        """Answer a request and wait until the client has taken the answer."""
+        """Answer a request, wait until the client has taken the answer, and tell the page of it."""
+        begun, response = time.monotonic(), None
+        try:
+            response = await self._answered(request)
+            return response
+        finally:
+            self.page.seen(_seen(request, response, time.monotonic() - begun))
+
+    async def _answered(self, request: web.BaseRequest) -> web.StreamResponse:
         try:
             self._check_origin(request)
             if (route := self._streaming(request)) is not None:
@@ -214,13 +239,15 @@ class Server:
         socket = web.WebSocketResponse(max_msg_size=self.limits.body, heartbeat=self.limits.headers,
                                        receive_timeout=self.limits.sending)
         await socket.prepare(request)
-        made: Iterator[str | bytes] = iter(())
+        request[_ROUTE] = route.path
         try:
             asked = Asked(body=read_body((await socket.receive_str()).encode()))
-            made = iter(await asyncio.to_thread(route.handler, asked))
-            while not socket.closed and (part := await asyncio.to_thread(next, made, None)) is not None:
-                async with asyncio.timeout(self.limits.answering):
-                    await (socket.send_str(part) if isinstance(part, str) else socket.send_bytes(part))
+            request[_NOTES] = asked.notes
+            made: AsyncGenerator[str | bytes] = route.handler(asked)
+            async with aclosing(made):
+                async for part in made:
+                    async with asyncio.timeout(self.limits.answering):
+                        await (socket.send_str(part) if isinstance(part, str) else socket.send_bytes(part))
         except DnnvssError as error:
             await _told(socket, str(error))
         except (TypeError, TimeoutError, ConnectionError):  # no text came, or nobody takes what is sent
@@ -229,8 +256,6 @@ class Server:
             _LOG.exception("a client streamed %s and this failed", request.path)
             await _told(socket, "the server failed at this; the terminal in which it runs says more")
         finally:
-            if hasattr(made, "close"):
-                made.close()
             await socket.close()
         return socket
 
@@ -238,6 +263,7 @@ class Server:
         parts = [unquote(part) for part in request.rel_url.raw_path.split("/")[1:]]
         page, parts = await asyncio.to_thread(self.page.within, parts) if len(parts) > 1 else (self.page, parts)
         if request.method in _READING and len(parts) == 1 and (file := page.static().get(f"/{parts[0]}")):
+            request[_ROUTE] = request.path
             response = _response(file)
             if self._token and request.query.get("token"):
                 response.set_cookie(_COOKIE, self._token, httponly=True, samesite="Strict")
@@ -246,8 +272,12 @@ class Server:
         method = "GET" if request.method == "HEAD" else request.method
         for route, names in fitting:
             if route.method == method:
+                request[_ROUTE] = route.path
                 body = None if method == "GET" else await self._body(request, route)
                 asked = Asked(names, dict(request.query), body)
+                request[_NOTES] = asked.notes
+                if iscoroutinefunction(route.handler):
+                    return _response(await route.handler(asked))
                 return _response(await asyncio.to_thread(route.handler, asked))
         if fitting:
             allowed = ", ".join(sorted({route.method for route, _ in fitting}))
@@ -264,12 +294,27 @@ class Server:
         kind = "application/octet-stream" if route.bytes_most else "application/json"
         if request.content_type != kind:
             raise _Refused(415, f"only {kind} is taken", close=True)
+        if not route.bytes_most:
+            return read_body(await self._read(request))
+        if self._bringing.locked():
+            raise _Refused(503, "too many are bringing something; bring it again in a moment", close=True,
+                           **{"Retry-After": "2"})
+        async with self._bringing:
+            return await self._read(request)
+
+    async def _read(self, request: web.BaseRequest) -> bytes:
         try:
             async with asyncio.timeout(self.limits.sending):
-                body = await request.read()
+                return await request.read()
         except TimeoutError:
             raise _Refused(408, "the rest was waited for too long", close=True) from None
-        return body if route.bytes_most else read_body(body)
+
+
+def _seen(request: web.BaseRequest, response: web.StreamResponse | None, seconds: float) -> Seen:
+    method = request.method if request.method in (*_READING, "POST") else "OTHER"
+    sent = response.content_length if isinstance(response, web.Response) else None
+    return Seen(method, request.get(_ROUTE, ""), _LEFT if response is None else response.status, seconds,
+                request.content_length or 0, sent or 0, request.get(_NOTES, {}))
 
 
 async def _told(socket: web.WebSocketResponse, said: str) -> None:
@@ -290,8 +335,12 @@ class _Connection(web.RequestHandler):
         self._most = limits.connections
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take a connection, or turn it away where there are too many."""
-        if self._manager is not None and len(self._manager.connections) >= self._most:
+        """Take a connection; where there are too many, in the place of the one that asked for nothing the longest."""
+        held = [] if self._manager is None else self._manager.connections
+        idle = [own for own in held if isinstance(own, _Connection) and own._current_request is None]
+        if len(held) >= self._most and idle:
+            min(idle, key=lambda own: own._next_keepalive_close_time).force_close()
+        elif len(held) >= self._most:
             assert isinstance(transport, asyncio.Transport)
             transport.write(_BUSY)
             transport.close()

@@ -1,13 +1,14 @@
 """The server of the pages against clients that are wrong, slow, many or foreign."""
 
+import asyncio
 import json
 import re
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.studio.bodies import DEPTH, read_body
-from dnnvss.studio.page import Asked, Content, Page, Route
+from dnnvss.studio.page import Asked, Content, Page, Route, Seen
 from dnnvss.studio.server import Server, ServerLimits
 
 QUICK = ServerLimits(body=1000, connections=60, headers=0.6, sending=0.6, answering=5.0, ending=2.0)
@@ -321,17 +322,84 @@ def test_fifty_clients_at_once_are_all_answered(server: Server) -> None:
 
 
 def test_connections_are_bounded(folder: Path) -> None:
+    go, limits = threading.Event(), ServerLimits(connections=3, headers=20)
+    with serving(folder, limits, slow=lambda: go.wait(5) and None) as server, ThreadPoolExecutor(3) as clients:
+        asked = [clients.submit(get, server, "/echo/a") for _ in range(3)]
+        time.sleep(0.3)
+        with socket.create_connection(("127.0.0.1", server.port), timeout=5) as client:
+            refused = everything(client)
+        go.set()
+        assert status(refused) == 503 and b"Retry-After: 1\r\n" in refused
+        assert [status(each.result()) for each in asked] == [200] * 3
+        still_well(server)
+
+
+def test_who_holds_connections_and_asks_nothing_keeps_nobody_out(folder: Path) -> None:
     with serving(folder, ServerLimits(connections=3, headers=20)) as server:
-        held = [socket.create_connection(("127.0.0.1", server.port), timeout=5) for _ in range(3)]
+        held = [socket.create_connection(("127.0.0.1", server.port), timeout=5) for _ in range(9)]
+        for client in held[-3:]:
+            client.sendall(b"GET / HTTP/1.1\r\nA: ")
         time.sleep(0.2)
         try:
-            with socket.create_connection(("127.0.0.1", server.port), timeout=5) as client:
-                assert status(everything(client)) == 503
+            still_well(server)
+            assert held[0].recv(9) == b""
         finally:
             for client in held:
                 client.close()
+
+
+def test_who_waits_for_a_coroutine_and_leaves_ends_it(folder: Path) -> None:
+    told = list[str]()
+    left = threading.Event()
+
+    async def waits(asked: Asked) -> Any:
+        told.append("begun")
+        try:
+            await asyncio.sleep(20)
+        except asyncio.CancelledError:
+            left.set()
+            raise
+
+    seen = list[Seen]()
+    page = Page("labelling", (Route("GET", "/waits/{name}", waits),), seen=seen.append)
+    with Server(page, limits=QUICK) as server:
+        with socket.create_connection(("127.0.0.1", server.port), timeout=5) as client:
+            client.sendall(head(server, "GET /waits/a HTTP/1.1"))
+            while not told:
+                time.sleep(0.01)
+        assert left.wait(3)
+        assert status(get(server, "/nothing")) == 404
+    assert [(each.method, each.route, each.status) for each in seen] == [("GET", "/waits/{name}", 499),
+                                                                         ("GET", "", 404)]
+
+
+def test_what_is_there_around_a_page_begins_and_ends_with_it(folder: Path) -> None:
+    told = list[str]()
+
+    @asynccontextmanager
+    async def around() -> AsyncIterator[None]:
+        told.append("begun")
+        yield
+        told.append("ended")
+
+    with Server(Page("labelling", (), around=around), limits=QUICK) as server:
+        get(server, "/")
+        assert told == ["begun"]
+    assert told == ["begun", "ended"]
+
+
+def test_bodies_of_bytes_are_taken_so_many_at_a_time(folder: Path) -> None:
+    page = Page("labelling", (Route("POST", "/bring", lambda asked: len(asked.body), bytes_most=5000),))
+    kind = "application/octet-stream"
+    with Server(page, limits=ServerLimits(bringing=1, sending=5)) as server, \
+            socket.create_connection(("127.0.0.1", server.port), timeout=5) as slow:
+        slow.sendall(head(server, "POST /bring HTTP/1.1", f"Content-Type: {kind}", "Content-Length: 3", body=b"ab"))
         time.sleep(0.2)
-        still_well(server)
+        refused = post(server, b"abc", path="/bring", kind=kind)
+        assert status(refused) == 503 and b"Retry-After" in refused
+        slow.sendall(b"c")
+        assert value(everything(slow)) == 3
+        assert value(post(server, b"a" * 5000, path="/bring", kind=kind)) == 5000
 
 
 def test_a_request_at_work_is_finished_when_the_server_ends(folder: Path) -> None:
