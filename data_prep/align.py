@@ -7,15 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import read_alignment, spanning
 from dnnvss.media import read_audio
 from dnnvss.phones import SILENCES
 from dnnvss.speech.align import UnfitError, align
-from dnnvss.speech.align_doubt import levels
+from dnnvss.speech.align_doubt import Word, levels
 from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_words import words_over
 from dnnvss.text.agreement import OTHER, agreement
+from dnnvss.text.lexicon import pronunciations
+from dnnvss.text.sentence import spoken_words
 from dnnvss.timing import Alignment, Tier
 
 
@@ -75,6 +77,9 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
           starts: float = 0.0) -> dict[str, Any]:
     """The alignment in the user's file moved ``late`` seconds ahead, as plain containers, with notes.
 
+    Where its words are of another sentence than the text, the sound decides: if the text fits it, the alignment is not
+    taken (``{"other": what is to be noted}``); if its own words fit it, it is taken and the text is noted.
+
     Its times count from the first sample of the file's sound. Where that starts late, and speech is where the times
     say only if they count from the first picture, they do.
 
@@ -89,14 +94,23 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
         starts: seconds from the first picture to the first sample of the file's sound.
 
     Raises:
-        DnnvssError: the file is damaged, has no phones, is of another sentence, or does not fit the recording.
+        DnnvssError: the file is damaged, has no phones, is of another sentence that does not fit the sound, as the text
+            does not, or does not fit the recording.
     """
     found = read_alignment(path, name)
     if "phones" not in found:
         raise DnnvssError("has no tier of phones", file=path, utterance=name, remedy="Name the tier phones")
     try:
-        notes = _compared(found, text, variant)
         sound = read_audio(audio) if audio is not None else None
+        share, notes = _compared(found, text, variant)
+        if share < OTHER:
+            if sound is not None and fits(sound, words):
+                return {"other": f"its alignment is of another sentence ({_said(found)!r}): the sound was aligned to "
+                                 "the text in its place"}
+            own = [(w, pronunciations(w, variant)) for w, _ in spoken_words(_said(found, None), variant)]
+            if sound is None or not fits(sound, own):
+                raise DnnvssError(f"its words are {_said(found)!r}, and the text is {text[:80]!r}", remedy=_OTHER)
+            notes = [f"its text is not what is said, by its sound and its alignment ({_said(found)!r}): mend the text"]
         whole, more = _laid(found, float(frames / Fraction(rate)), late, starts, sound)
         if "words" not in whole:
             whole = whole.with_tier(words_over(whole["phones"], words))
@@ -105,16 +119,31 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
     return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": [], "notes": notes + more}
 
 
-def _compared(found: Alignment, text: str, variant: str) -> list[str]:
-    """What is to be noted of the words of an alignment beside the text; another sentence is refused."""
+_OTHER = "Give the alignment of this recording, or leave it out: the sound is aligned then"
+
+
+def fits(sound: np.ndarray, words: Sequence[Word]) -> bool:
+    """Whether words are said in a sound (n,) at 16 kHz, as far as the aligner for everybody can tell."""
+    try:
+        align(sound, words, sharp=False)
+    except ShortageError:
+        raise
+    except DnnvssError:
+        return False
+    return True
+
+
+def _said(found: Alignment, most: int | None = 80) -> str:
+    """What the words of an alignment say, its first characters."""
+    return " ".join(label for label in found["words"].labels if label)[:most]
+
+
+def _compared(found: Alignment, text: str, variant: str) -> tuple[float, list[str]]:
+    """The share of the words of an alignment that are those of the text, and what is to be noted of the others."""
     if "words" not in found or not text:
-        return []
+        return 1.0, []
     share, written, aligned = agreement(text, found["words"].labels, variant)
-    if share < OTHER:
-        said = " ".join(label for label in found["words"].labels if label)
-        raise DnnvssError(f"its words are {said[:80]!r}, and the text is {text[:80]!r}",
-                          remedy="Give the alignment of this recording, or leave it out: the sound is aligned then")
-    return [f"its alignment says {aligned!r} where the text has {written!r}"] if share < 1 else []
+    return share, [f"its alignment says {aligned!r} where the text has {written!r}"] if share < 1 else []
 
 
 def _laid(found: Alignment, seconds: float, late: float, starts: float, sound: np.ndarray | None

@@ -13,7 +13,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.speech.align import DOUBTFUL
 from dnnvss.text.lexicon import pronunciations
 
-GIVEN = 1
+GIVEN = 2
 """Version of how given alignments are read."""
 
 ALIGNER = 5
@@ -31,6 +31,10 @@ def aligned(run: Preparation, made: Results, late: Mapping[str, float]) -> Resul
     """Return the phone times of every utterance: from the user's file, or heard, twice where a voice can be learnt."""
     given_tasks, tasks = _alignment_tasks(run, made, late)
     results = run.take(run.shop.run("given alignment", given, given_tasks, GIVEN)) if given_tasks else {}
+    for name in [n for n, result in results.items() if "other" in result]:
+        run.outcomes[name].notes.append(results.pop(name)["other"])
+        tasks[name] = {**{k: given_tasks[name][k] for k in ("words", "frames", "rate", "audio")}, "bounds": [],
+                       "slack": run.recipe.slack}
     for name, result in results.items():
         run.outcomes[name].notes += result["notes"]
     tried = run.shop.run("alignment", heard, tasks, ALIGNER) if tasks else {}

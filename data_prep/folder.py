@@ -17,7 +17,16 @@ from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.landmarker import ROWS, mesh_groups
-from dnnvss.formats import LAYOUT_68, MESHES, Marks, read_landmarks, read_marks, read_timed_text
+from dnnvss.formats import (
+    LAYOUT_68,
+    MESHES,
+    Marks,
+    is_words_csv,
+    read_alignment,
+    read_landmarks,
+    read_marks,
+    read_timed_text,
+)
 from dnnvss.formats.htk import holds_times, is_transcript
 from dnnvss.media.folders import VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
@@ -168,6 +177,9 @@ def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
     words = lab is not None and is_transcript(files.read_text(lab, _WORDS))
     if times is None and not words:
         times = lab
+    table = raw.get(name, ".csv")
+    if times is None and table is not None and is_words_csv(table) and "phones" in read_alignment(table):
+        times = table
     transcript = raw.get(name, ".txt") or (lab if lab is not None and words else raw.path(name, ".txt"))
     if transcript.is_file() and holds_times(files.read_text(transcript, _WORDS)):
         raise DnnvssError("holds times, and no text", file=transcript, utterance=name,

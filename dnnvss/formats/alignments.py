@@ -39,7 +39,7 @@ def _read(path: Path, utterance: str | None) -> Alignment:
         case ".align":
             return Alignment([read_grid_align(path)])
         case ".csv":
-            return Alignment([read_words_csv(path)])
+            return read_words_csv(path)
         case ".mlf":
             found = read_mlf(path)
             if utterance is None and len(found) == 1:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.formats.labels import phone_of, phone_tier, word_of
+from dnnvss.formats.htk_states import whole_phones
+from dnnvss.formats.labels import phone_tier, phones_of, word_of
 from dnnvss.formats.numbers import comma_number, whole
 from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
@@ -15,6 +16,8 @@ UNIT = 10_000_000
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?", re.IGNORECASE)
 _TIME = re.compile(r"[-+]?\d+([.,]\d*)?(e[-+]?\d+)?", re.IGNORECASE)
+_HEAD = 20
+"""Lines in which the head of an ESPS label file ends."""
 _REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
 
 
@@ -24,8 +27,10 @@ def read_lab(path: str | Path) -> Alignment:
     Lines are ``start end phone`` with times in 100 ns units (times with a decimal point are seconds). A fourth column
     that holds a number on every line is a score and is left out. Other text there, or after the score, is the word that
     begins with this phone (HTK's second level) and gives the tier ``words``; ``_`` inside it stands for a space. HTS
-    full-context labels give the phone in their middle; lines that are states of one phone (``[2]`` to ``[6]`` behind
-    the label, as Merlin writes them) are that phone.
+    full-context labels give the phone in their middle; lines that are states of one phone are that phone: a number
+    behind the label (``[2]`` to ``[6]``, as Merlin writes them, or ``_s2``), ``s2`` to ``s4`` with the phone behind the
+    first (HTK), or the same number of equal lines for every phone. Labels of ESPS (``END COLOUR PHONE``, seconds, below
+    a line ``#``, as Festival and CMU ARCTIC have them) are read too.
 
     Raises:
         DnnvssError: unreadable, no line, a line that is not of this form, a gap, an overlap or an unknown phone; names
@@ -33,7 +38,20 @@ def read_lab(path: str | Path) -> Alignment:
     """
     path = Path(path)
     lines = files.read_text(path, _REMEDY).splitlines()
-    return _parse(path, list(enumerate(lines, start=1)))
+    return _parse(path, _of_esps(lines) or list(enumerate(lines, start=1)))
+
+
+def _of_esps(lines: list[str]) -> list[tuple[int, str]]:
+    """The lines of an ESPS label file, with their numbers, as HTK would write them in seconds; none of any other."""
+    mark = next((k for k, line in enumerate(lines[:_HEAD]) if line.strip() == "#"), None)
+    rows = [(place, line.split(";")[0].split(maxsplit=2)) for place, line in enumerate(lines, start=1)
+            if mark is not None and place > mark + 1 and line.strip()]
+    if not rows or not all(len(row) == 3 and _NUMBER.fullmatch(row[0]) and row[1].lstrip("-").isdecimal()
+                           for _, row in rows):
+        return []
+    starts = ["0.0", *(row[0] for _, row in rows)]
+    return [(place, f"{float(start):.6f} {float(row[0]):.6f} {row[2]}")
+            for start, (place, row) in zip(starts, rows, strict=False)]
 
 
 def read_mlf(path: str | Path) -> dict[str, Alignment]:
@@ -93,14 +111,16 @@ def _lines(alignment: Alignment) -> list[str]:
 
 def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = None) -> Alignment:
     segments, words = list[Segment](), list[tuple[float, str]]()
-    table = [(place, line, line.split()) for place, line in lines if line.strip()]
+    table = whole_phones([(place, line, line.split()) for place, line in lines if line.strip()])
     column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
-    state = 0
+    if all(" ".join(fields[column : column + 1]) == fields[2] for *_, fields in table if len(fields) > 2):
+        column += 1  # HTK writes the phone of its states again
+    read = phones_of(fields[2] for *_, fields in table if len(fields) > 2)
     for place, line, fields in table:
         try:
             start, end = (_seconds(x) for x in fields[:2])
             segment = Tier("phones", [(start, end, fields[2])])[0]
-            phone_of(_state(segment.label)[0])
+            read(segment.label)
         except (ValueError, IndexError) as error:
             raise DnnvssError(f"line {place}: {line.strip()!r} is not START END PHONE", file=path, utterance=utterance,
                               remedy=_REMEDY) from error
@@ -112,11 +132,7 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
             size = abs(segment.start - segments[-1].end)
             raise DnnvssError(f"line {place}: {kind} of {size:.4f} s before {fields[2]!r}", file=path,
                               utterance=utterance, remedy="Make the lines meet; write silence as a line of its own")
-        before, (base, state) = state, _state(segment.label)
-        if 0 < before < state and segments[-1].label == base:
-            segments[-1] = segments[-1]._replace(end=segment.end)
-            continue
-        segments.append(segment._replace(label=base))
+        segments.append(segment)
         if len(fields) > column:
             words.append((start, word_of(fields[column].replace("_", " "))))
     if not segments:
@@ -125,12 +141,6 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     if words:
         tiers.append(_words(words, tiers[0]))
     return Alignment(tiers)
-
-
-def _state(label: str) -> tuple[str, int]:
-    """A label without the state that it may be of, and the number of that state; 0 where it is of none."""
-    match = re.fullmatch(r"(.+)\[(\d{1,2})\]", label, re.ASCII)
-    return (match[1], int(match[2])) if match else (label, 0)
 
 
 def is_transcript(text: str) -> bool:

@@ -1,15 +1,20 @@
 """What other tools call a phone, a silence or a word, said in our labels."""
 
 import re
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import PHONES, SHORT_PAUSE, SILENCE, SILENCES, strip_stress
+from dnnvss.phones.alphabets import single_sound
 from dnnvss.timing import Segment, Tier
 
 _LONG = {"sil", "<sil>", "silence", "h#", "#h", "pau", "<s>", "</s>", "sent-start", "sent-end", "!enter", "!exit"}
 _SHORT = {"sp", "<sp>", "ssil", "#"}
 _EMPTY = {"", "<eps>", "_", "-", "<p:>"}
 _WORD_PAUSES = (_LONG | _SHORT | _EMPTY) - {"silence"}  # which is a word of English too
+_PLACE = re.compile(r"_[BIES]$")
+"""Where in its word a phone is, as Kaldi writes it."""
 _FULL_CONTEXT = re.compile(r"-([^-+^@/]+)\+")
 _ALIASES = {"AX": "AH", "AXR": "ER", "IX": "IH", "EL": "L", "EM": "M", "EN": "N", "DX": "T", "NX": "N", "HV": "HH",
             "UX": "UW", "AX-H": "AH", "ENG": "NG"}
@@ -18,7 +23,8 @@ _ALIASES = {"AX": "AH", "AXR": "ER", "IX": "IH", "EL": "L", "EM": "M", "EN": "N"
 def phone_of(label: str) -> str:
     """Return our label of a phone as other tools write it, or ``""`` for an interval without a name.
 
-    Stress digits go, case does not matter, silences of HTK, TIMIT, Festival and the Montreal Forced Aligner are known,
+    Stress digits go, and so does Kaldi's place in the word; case does not matter, silences of HTK, TIMIT, Festival and
+    the Montreal Forced Aligner are known,
     reduced vowels and syllabic consonants of TIMIT and Festival become their full phone, and from an HTS full-context
     label or an HTK triphone the phone in the middle is taken.
 
@@ -26,7 +32,7 @@ def phone_of(label: str) -> str:
         DnnvssError: the label is none of these.
     """
     middle = _FULL_CONTEXT.search(label)
-    name = (middle.group(1) if middle else label).strip()
+    name = _PLACE.sub("", (middle.group(1) if middle else label).strip())
     lower = name.lower()
     if lower in _EMPTY:
         return ""
@@ -45,6 +51,36 @@ def phone_of(label: str) -> str:
                       remedy=f"Use the CMU phones, with or without stress: {' '.join(PHONES)}")
 
 
+def phones_of(labels: Iterable[str]) -> Callable[[str], tuple[str, ...]]:
+    """What reads the labels of a tier: ARPAbet, or where some are none, the International Phonetic Alphabet or SAMPA.
+
+    A sign may stand for two phones (\u026a\u0259). Where no alphabet has them all, ARPAbet is taken: what reads it
+    names the label.
+    """
+    known = {label.strip() for label in labels}
+
+    def own(label: str) -> tuple[str, ...]:
+        return (phone_of(label),)
+
+    def other(alphabet: str) -> Callable[[str], tuple[str, ...]]:
+        def read(label: str) -> tuple[str, ...]:
+            name = label.strip().lower()
+            if name in _EMPTY | _LONG | _SHORT or name == "spn":
+                return own(label)
+            return single_sound(label.strip(), alphabet)
+
+        return read
+
+    for reader in (own, other("ipa"), other("x-sampa")):
+        try:
+            for label in known:
+                reader(label)
+        except DnnvssError:
+            continue
+        return reader
+    return own
+
+
 def word_of(label: str) -> str:
     """Return the word of a label; ``""`` for any name of a pause."""
     name = label.strip()
@@ -56,11 +92,19 @@ def phone_tier(segments: list[Segment]) -> Tier:
 
     An interval without a name is ``sil`` at either end and ``sp`` elsewhere.
     """
-    named = [s._replace(label=phone_of(s.label)) for s in segments]
+    read = phones_of(s.label for s in segments)
+    named = [part for s in segments for part in _parted(s, read(s.label))]
     last = len(named) - 1
     pauses = [SILENCE if i in (0, last) else SHORT_PAUSE for i in range(len(named))]
     named = [s if s.label else s._replace(label=pause) for s, pause in zip(named, pauses, strict=True)]
     return Tier("phones", _merged(named, SILENCES))
+
+
+def _parted(segment: Segment, phones: Sequence[str]) -> list[Segment]:
+    """A segment as so many phones of one length."""
+    step = (segment.end - segment.start) / len(phones)
+    edges = [*(segment.start + k * step for k in range(len(phones))), segment.end]
+    return [Segment(a, b, p) for (a, b), p in zip(pairwise(edges), phones, strict=True)]
 
 
 def word_tier(segments: list[Segment]) -> Tier:

@@ -1,10 +1,12 @@
 """Whether times can be those of speech, or are in another unit than their file should have."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.cues import Cue
 from dnnvss.formats.labels import word_of
 from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment
@@ -25,12 +27,29 @@ def check_pace(alignment: Alignment, file: Path) -> Alignment:
     """
     for tier in alignment.tiers:
         spoken = [s.end - s.start for s in tier if s.label not in SILENCES and word_of(s.label)]
-        if tier.name not in PACE or len(spoken) < _FEW:
-            continue
-        (least, most), middle = PACE[tier.name], float(np.median(spoken))
-        if not least <= middle <= most:
-            times = 10 ** round(abs(np.log10(middle / _USUAL[tier.name]))) if middle > 0 else 0
-            size = "small" if middle < least else "large"
-            raise DnnvssError(f"its {tier.name} last {middle:.3g} s, which nobody says: the times are too {size}"
-                              + (f", about {times:,} times" if times > 1 else ""), file=file, remedy=_REMEDY)
+        if tier.name in PACE and len(spoken) >= _FEW:
+            _refuse_pace(tier.name, spoken, file)
     return alignment
+
+
+def check_cues(cues: tuple[Cue, ...], file: Path) -> tuple[Cue, ...]:
+    """Refuse times in another unit, by how long a word of a cue lasts; the cues themselves where they are well.
+
+    Raises:
+        DnnvssError: the median word is far too short or too long; says by about how much.
+    """
+    lasts = [(c.end - c.start) / len(c.text.split()) for c in cues if c.start is not None and c.end is not None]
+    if len(lasts) >= _FEW:
+        _refuse_pace("words", lasts, file)
+    return cues
+
+
+def _refuse_pace(kind: str, lasts: Sequence[float], file: Path) -> None:
+    """Refuse lengths, in seconds, that phones or words do not have."""
+    (least, most), middle = PACE[kind], float(np.median(lasts))
+    if least <= middle <= most:
+        return
+    times = 10 ** round(abs(np.log10(middle / _USUAL[kind]))) if middle > 0 else 0
+    size = "small" if middle < least else "large"
+    raise DnnvssError(f"its {kind} last {middle:.3g} s, which nobody says: the times are too {size}"
+                      + (f", about {times:,} times" if times > 1 else ""), file=file, remedy=_REMEDY)

@@ -6,7 +6,7 @@ players do.
 
 import html
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from dnnvss import files
@@ -14,8 +14,13 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
 
 _REMEDY = "Write each cue as a line 00:00:01,000 --> 00:00:02,500 and its text below, a blank line after it"
-_STAMP = r"(?:(\d{1,3}):)?(\d{1,2}):(\d{1,2})[.,:](\d{1,3})"
-_TIMES = re.compile(rf"\s*{_STAMP}\s*-{{1,2}}>\s*{_STAMP}(?:\s.*)?", re.ASCII)
+_STAMP = r"(-?)(?:(\d{1,3}) ?: ?)?(\d{1,2}) ?: ?(\d{1,2})(?: ?[.,] ?(\d{1,9})|:(\d{1,2}))?"
+_ARROW = r"(?:[-=\u2010-\u2015\u2212]{1,2}>|[\u2192\u21d2])"
+_TIMES = re.compile(rf"\s*{_STAMP}\s*{_ARROW}\s*{_STAMP}(?:\s.*)?")
+_TIMED = re.compile(rf"-->|\d\s*{_ARROW}\s*-?\d|\d:\d\d[.,:]\d+.*\d:\d\d[.,:]\d")
+"""What stands in a line of times alone, read or not."""
+_RATES = (24, 25, 30, 50, 60, 100)
+"""Frames a second in which times ``h:m:s:frame`` may count."""
 _TAG = re.compile(r"<[^<>]{0,200}>|\{\\[^{}]{0,200}\}")
 _SOUND = re.compile(r"\[[^\[\]]*\]|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)\s*$", re.MULTILINE)
 _SPEAKER = re.compile(r"^\s*(?:>>+\s*)?(?:[-\u2013]\s+)?(?:[A-Z][A-Z .'-]{1,30}:\s+)?", re.MULTILINE)
@@ -53,19 +58,22 @@ def read_subtitles(path: str | Path) -> tuple[Cue, ...]:
 def _blocks(text: str, path: Path) -> list[tuple[int, float, float, list[str]]]:
     """Line, start, end and lines of text of each cue."""
     lines = text.lstrip("\ufeff").split("\n")
+    stamps = {place: match for place, line in enumerate(lines, 1) if (match := _TIMES.fullmatch(line))}
+    rate = _rate(stamps.values())
+    heads = _heads(lines, stamps)
     found: list[tuple[int, float, float, list[str]]] = []
     skipping, blank = lines[0].startswith("WEBVTT"), True
     for place, line in enumerate(lines, 1):
-        if match := _TIMES.fullmatch(line):
-            found.append((place, _seconds(match.groups()[:4]), _seconds(match.groups()[4:]), []))
+        if match := stamps.get(place):
+            found.append((place, *_times(match, rate, place, path), []))
             skipping = False
         elif not line.strip():
             skipping = False
         elif skipping or (blank and _NOTE.match(line)):
             skipping = True
-        elif "-->" in line:
+        elif _TIMED.search(line):
             raise DnnvssError(f"line {place}: {line.strip()[:60]!r} holds no two times", file=path, remedy=_REMEDY)
-        elif not _heads(lines, place):
+        elif place not in heads:
             if not found:
                 raise DnnvssError(f"line {place}: {line.strip()[:60]!r} stands where times should be", file=path,
                                   remedy=_REMEDY)
@@ -74,14 +82,41 @@ def _blocks(text: str, path: Path) -> list[tuple[int, float, float, list[str]]]:
     return found
 
 
-def _heads(lines: list[str], place: int) -> bool:
-    """Whether line ``place``, counted from 1, is the number or the name of the cue whose times follow."""
-    return place < len(lines) and _TIMES.fullmatch(lines[place]) is not None
+def _heads(lines: list[str], stamps: Collection[int]) -> set[int]:
+    """The lines, counted from 1, that are the number or the name of the cue whose times follow.
+
+    A number may stand some blank lines above its times.
+    """
+    heads = set()
+    for place in stamps:
+        at = place - 1
+        while at > 1 and not lines[at - 1].strip():
+            at -= 1
+        if at == place - 1 or lines[at - 1].strip().isdecimal():
+            heads.add(at)
+    return heads
 
 
-def _seconds(parts: tuple[str | None, ...]) -> float:
-    hours, minutes, seconds, fraction = (part or "0" for part in parts)
-    return int(hours) * 3600 + int(minutes) * 60 + int(seconds) + int(fraction.ljust(3, "0")) / 1000
+def _rate(stamps: Iterable[re.Match[str]]) -> int:
+    """Frames a second of times that count frames: the least usual rate above the largest frame."""
+    most = max((int(m[k]) for m in stamps for k in (6, 12) if m[k]), default=0)
+    return next(rate for rate in _RATES if rate > most)
+
+
+def _times(match: re.Match[str], rate: int, place: int, path: Path) -> tuple[float, float]:
+    """Start and end of a cue in seconds."""
+    if match[1] or match[7]:
+        raise DnnvssError(f"line {place}: {match[0].strip()[:60]!r} begins before the recording", file=path,
+                          remedy="Shift the times, so that 0 is the start of the recording")
+    start, end = (_seconds(match.groups()[k : k + 6], rate) for k in (0, 6))
+    return start, end
+
+
+def _seconds(parts: tuple[str | None, ...], rate: int) -> float:
+    hours, minutes, seconds = (int(part or 0) for part in parts[1:4])
+    fraction, frame = parts[4:]
+    part = int(frame) / rate if frame else int(fraction or 0) / 10 ** len(fraction or "0")
+    return hours * 3600 + minutes * 60 + seconds + part
 
 
 def _spoken(lines: list[str]) -> str:

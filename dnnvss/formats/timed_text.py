@@ -7,10 +7,12 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
 from dnnvss.formats.labels import word_of
+from dnnvss.formats.pace import check_cues
 from dnnvss.formats.recognised import read_recognised
+from dnnvss.formats.rows import table_rows
 from dnnvss.formats.subtitles import read_subtitles
 from dnnvss.formats.textgrid import read_textgrid
-from dnnvss.formats.words import read_words_csv
+from dnnvss.formats.words import columns_of, read_words_csv
 from dnnvss.timing import Tier
 
 SUBTITLES = (".srt", ".vtt")
@@ -34,7 +36,7 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
         case ".json":
             return read_recognised(path)
         case ".csv":
-            return _words(read_words_csv(path), path)
+            return check_cues(_words(read_words_csv(path)["words"], path), path)
         case ".textgrid":
             grid = read_textgrid(path)
             if "words" not in grid:
@@ -49,10 +51,14 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
 def is_words_csv(path: Path) -> bool:
     """Whether a CSV is a table of words and not of landmarks, by its first line."""
     with path.open("rb") as file:
-        head = file.read(200)
-    first = head.decode(files.text_encoding(head), "replace").split("\n")[0].lower()
-    return [cell.strip(' "\r\ufeff') for cell in first.replace(";", ",").replace("\t", ",").split(",")] == [
-        "start", "end", "word"]
+        head = file.read(_HEAD)
+    lines = head.decode(files.text_encoding(head), "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    rows, _ = table_rows(lines.rpartition("\n")[0] or lines)
+    return bool(rows) and columns_of(rows[0][1]) is not None
+
+
+_HEAD = 4096
+"""Bytes in which the first line of a table of words ends."""
 
 
 def _words(tier: Tier, path: Path) -> tuple[Cue, ...]:

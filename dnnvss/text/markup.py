@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass, replace
 
 from dnnvss.errors import DnnvssError
-from dnnvss.text.alphabets import arpabet
+from dnnvss.phones.alphabets import arpabet
 from dnnvss.text.tokens import word_set
 
 _TAG = re.compile(

@@ -34,11 +34,21 @@ def prepared(raw: Path, out: Path) -> tuple[Corpus, str]:
     return corpus, files.read_text(out / "report.md", "")
 
 
-def test_the_alignment_of_another_sentence_is_not_taken(raw: Path, tmp_path: Path) -> None:
+def test_of_an_alignment_and_a_text_of_two_sentences_the_sound_decides(raw: Path, tmp_path: Path) -> None:
+    """The alignment is another clip's, the text is another one's, and both are of other clips."""
     shutil.copyfile(raw / "demo_002.TextGrid", raw / "demo_001.TextGrid")
+    files.write_text(raw / "demo_003.txt", "A $100 fee plus 5% of $2000.")
+    shutil.copyfile(raw / "demo_001.TextGrid", raw / "demo_004.TextGrid")
+    files.write_text(raw / "demo_004.txt", "Nobody ever spoke of a hundred hungry elephants")
     corpus, report = prepared(raw, tmp_path / "out")
-    assert set(corpus.utterances) == {"demo_000", "demo_002", "demo_003", "demo_004"}
-    assert "demo_001.TextGrid: utterance demo_001: its words are" in report
+    assert set(corpus.utterances) == {"demo_000", "demo_001", "demo_002", "demo_003"}
+    for name, said in (("demo_001", "its alignment is of another sentence"),
+                       ("demo_003", "its text is not what is said"),
+                       ("demo_004", "demo_004.TextGrid: utterance demo_004: its words are")):
+        assert any(name in line and said in line for line in report.splitlines()), name
+    spoken = corpus.utterances["demo_001"]
+    first = files.read_text(raw / "demo_001.txt", "").split()[0].lower()
+    assert next(w for w in spoken.alignment["words"].labels if w) == first
 
 
 def test_one_other_word_is_noted(raw: Path, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import (
     Landmarks,
+    is_words_csv,
     read_alignment,
     read_landmarks,
     read_openface,
@@ -96,6 +97,81 @@ def test_states_of_merlin_are_one_phone(tmp_path: Path) -> None:
     bare = [f"{k * 500000} {(k + 1) * 500000} {p}" for k, p in states]
     (tmp_path / "b.lab").write_text("\n".join(bare))
     assert read_alignment(tmp_path / "b.lab")["phones"].labels == ("sil", "L", "L", "sil")
+
+
+SPOKEN_ROWS = [(0, 0.2, "sil"), (0.2, 0.3, "HH"), (0.3, 0.4, "AH"), (0.4, 0.5, "L"), (0.5, 0.7, "OW"),
+               (0.7, 0.9, "sil")]
+
+
+def lab(form: str, states: int = 1, scale: float = 1e7) -> str:
+    """A label file with a line for each state of each phone; the form names its start a, end b, phone p, state k."""
+    lines = []
+    for start, end, phone in SPOKEN_ROWS:
+        for k in range(states):
+            a, b = (start + (end - start) * n / states for n in (k, k + 1))
+            first = phone if k == 0 else ""
+            lines.append(form.format(a=round(a * scale), b=round(b * scale), p=phone, k=k, first=first, end=b).rstrip())
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("text", [
+    lab("{a} {b} {p}[{k}]", 5), lab("{a} {b} {p}[{k}] -55.3 {first}", 3), lab("{a} {b} {p}_s{k}", 3),
+    lab("{a} {b} {p}.s{k} -1e2", 3), lab("{a} {b} s{k} -70.1 {first}", 3), lab("{a} {b} s{k} {first}", 3),
+    lab("{a} {b} {p}", 5), lab("{a} {b} {p}_I"), lab("{a} {b} x^x-{p}+x=x@1_1/A:0"),
+    "signal a\nnfields 1\n#\n" + lab("\t{end:.5f} 125 {p}"), "#\n" + lab("{end:.3f} 100 {p} ; x"),
+    lab("{a} {b} {p}").replace("HH", "h").replace("AH", "\u0259").replace("L", "\u026b").replace("OW", "o\u028a"),
+    lab("{a} {b} {p}").replace("HH", "h").replace("AH", "@").replace("L", "l").replace("OW", "@U")])
+def test_label_files_of_all_aligners_are_the_same_phones(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.lab").write_text(text)
+    found = read_alignment(tmp_path / "a.lab")
+    assert found["phones"].labels == ("sil", "HH", "AH", "L", "OW", "sil") and "words" not in found
+    assert found["phones"].edges == pytest.approx([0, 0.2, 0.3, 0.4, 0.5, 0.7, 0.9])
+
+
+def test_two_equal_phones_stay_two_and_a_sign_may_be_two_phones(tmp_path: Path) -> None:
+    states = [f"{k * 500000} {(k + 1) * 500000} T[{2 + k % 3}]" for k in range(6)]
+    (tmp_path / "a.lab").write_text("\n".join(states))
+    assert read_alignment(tmp_path / "a.lab")["phones"].labels == ("T", "T")
+    (tmp_path / "b.lab").write_text("0 1000000 T\n1000000 2000000 T\n2000000 3000000 AH\n")
+    assert read_alignment(tmp_path / "b.lab")["phones"].labels == ("T", "T", "AH")
+    (tmp_path / "c.lab").write_text("0 1000000 h\n1000000 3000000 \u026a\u0259\n3000000 4000000 sil\n")
+    near = read_alignment(tmp_path / "c.lab")["phones"]
+    assert near.labels == ("HH", "IH", "AH", "sil") and near.edges == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
+
+
+@pytest.mark.parametrize("label", ["QQ", "\u00f8", "xyz"])
+def test_labels_of_no_alphabet_are_named(tmp_path: Path, label: str) -> None:
+    (tmp_path / "a.lab").write_text(f"0 100000 sil\n100000 200000 {label}\n")
+    with pytest.raises(DnnvssError, match=f"line 2: unknown phone '{label}'"):
+        read_alignment(tmp_path / "a.lab")
+
+
+@pytest.mark.parametrize("text", [
+    "Begin,End,Label,Type,Speaker\n0.2,0.7,now,words,a\n0.2,0.4,N,phones,a\n0.4,0.7,AW1,phones,a\n",
+    "tmin\ttier\ttext\ttmax\n0.2\twords\tnow\t0.7\n0.2\tphones\tN\t0.4\n0.4\tphones\tAW\t0.7\n"])
+def test_tables_of_aligners_hold_words_and_phones(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    found = read_alignment(tmp_path / "a.csv")
+    assert found["words"].labels == ("", "now") and found["phones"].labels == ("sil", "N", "AW")
+    assert found["phones"].edges == pytest.approx([0, 0.2, 0.4, 0.7])
+
+
+@pytest.mark.parametrize("text", [
+    "word,start,end\nhi,0.5,1.0\nyou,1.2,1.5\n", "\ufeffStart;End;Word\r\n0,5;1,0;hi\r\n1,2;1,5;you\r\n",
+    "start,duration,text,confidence\n0.5,0.5,hi,1\n1.2,0.3,you,.9\n", "0.5,1.0,hi\n1.2,1.5,you\n",
+    "begin (ms)\tend (ms)\tlabel\n500\t1000\thi\n1200\t1500\tyou\n",
+    "start,end,word\n00:00:00.5,0:1,hi\n1.2,1.5,you\n"])
+def test_columns_of_word_tables_are_found_by_their_names(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    assert is_words_csv(tmp_path / "a.csv")
+    words = read_alignment(tmp_path / "a.csv")["words"]
+    assert words.labels == ("", "hi", "", "you") and words.edges == pytest.approx([0, 0.5, 1, 1.2, 1.5])
+
+
+@pytest.mark.parametrize("head", ["frame, timestamp, x_0\n1, 0.0, 3\n", "0.5,1.0,2.0\n", "Timecode,jawOpen\n0,1\n", ""])
+def test_tables_of_other_things_are_no_words(tmp_path: Path, head: str) -> None:
+    (tmp_path / "a.csv").write_text(head)
+    assert not is_words_csv(tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("name, scale, said", [

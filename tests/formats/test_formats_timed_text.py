@@ -70,6 +70,31 @@ def test_cues_come_in_order_and_overlaps_are_told() -> None:
     assert in_order([Cue(None, None, "a"), first]) == ((Cue(None, None, "a"), first), ())
 
 
+@pytest.mark.parametrize("times, start, end", [
+    ("00:00:01,000 --> 00:00:02,500", 1.0, 2.5), ("0:00:01 --> 0:00:02", 1.0, 2.0), ("00:01.5 --> 00:02.5", 1.5, 2.5),
+    ("00:00:01:12 --> 00:00:02:23", 1.5, 2 + 23 / 24), ("00:00:01:12 --> 00:00:02:24", 1.48, 2.96),
+    ("00: 00: 01, 000 --> 00: 00: 02, 500", 1.0, 2.5), ("00:00:01,000-->00:00:02,500", 1.0, 2.5),
+    ("00:00:01,000 ==> 00:00:02,500", 1.0, 2.5), ("00:00:01.000000 \u2013> 00:00:02.500000", 1.0, 2.5),
+    ("00:00:01,000 \u2192 00:00:02,500", 1.0, 2.5)])
+def test_times_of_all_editors_are_read(tmp_path: Path, times: str, start: float, end: float) -> None:
+    want = (Cue(start, end, "A -> B: 42"), Cue(3723.25, 3724.5, "7"))
+    later = "01:02:03,250 --> 01:02:04,500"
+    for name, text in (("a.srt", f"1\n{times}\nA -> B:\n42\n\n2\n{later}\n7\n"),
+                       ("spaced.srt", f"1\n\n{times}\n\nA -> B:\n\n42\n\n2\n\n{later}\n\n7\n\n\n"),
+                       ("tight.srt", f"{times}\nA -> B:\n42\n2\n{later}\n7")):
+        found = read_timed_text(written(tmp_path, name, text))
+        assert [c.text for c in found] == [c.text for c in want], name
+        assert [t for c in found for t in (c.start, c.end)] == pytest.approx([start, end, 3723.25, 3724.5])
+
+
+@pytest.mark.parametrize("line, said", [
+    ("-00:00:01,000 --> 00:00:02,500", "begins before the recording"), ("00:00:01,000 -> 2.5", "holds no two times"),
+    ("00:00:01,000 00:00:02,500", "holds no two times"), ("1:2:3:4:5 --> 6", "holds no two times")])
+def test_times_that_cannot_be_read_are_named_and_not_said(tmp_path: Path, line: str, said: str) -> None:
+    with pytest.raises(DnnvssError, match=f"line 6: .*{said}"):
+        read_timed_text(written(tmp_path, "a.srt", f"1\n00:00:01,0 --> 00:00:02,5\nHi.\n\n2\n{line}\nHo.\n"))
+
+
 @pytest.mark.parametrize(("text", "said"), [
     ("1\n00:00:01,000 -> x\n", "stands where times should be"),
     ("00:00:01,000 --> later\nhello\n", r"line 1: .* holds no two"),
@@ -100,6 +125,33 @@ RECOGNISED: dict[str, Any] = {
     "google": {"results": [{"alternatives": [{"words": [{"startTime": "0.500s", "endTime": "0.9s", "word": "Hi."}]}]},
                            {"alternatives": [{"words": [{"startTime": "1s", "endTime": "1.5s", "word": "You."}]}]}]},
     "assemblyai": {"words": [{"text": "Hi.", "start": 500, "end": 900}, {"text": "You.", "start": 1000, "end": 1500}]},
+    "google by seconds": {"results": [{"alternatives": [{"words": [
+        {"start_time": {"nanos": 500000000}, "end_time": {"nanos": 900000000}, "word": "Hi."},
+        {"start_time": {"seconds": "1"}, "end_time": {"seconds": "1", "nanos": 500000000}, "word": "You."}]}]}]},
+    "hugging face": {"text": "", "chunks": [{"timestamp": [0.5, 0.9], "text": " Hi."},
+                                            {"timestamp": [1.0, 1.5], "text": " You."}]},
+    "watson": {"results": [{"alternatives": [{"timestamps": [["Hi.", 0.5, 0.9], ["You.", 1.0, 1.5]]}]}]},
+    "azure": {"recognizedPhrases": [{"nBest": [{"words": [
+        {"word": "Hi.", "offset": "PT0.5S", "offsetInTicks": 5000000, "durationInTicks": 4000000},
+        {"word": "You.", "offset": "PT1S", "offsetInTicks": 10000000, "durationInTicks": 5000000}]}]}]},
+    "azure, detailed": [{"Offset": 5000000, "Duration": 4000000, "NBest": [{"Display": "Hi."}]},
+                        {"NBest": [{"Words": [{"Word": "You.", "Offset": 10000000, "Duration": 5000000}]}]}],
+    "rev": {"monologues": [{"elements": [
+        {"type": "text", "value": "Hi", "ts": 0.5, "end_ts": 0.9}, {"type": "punct", "value": "."},
+        {"type": "text", "value": "You.", "ts": 1.0, "end_ts": 1.5}]}]},
+    "speechmatics": {"results": [
+        {"type": "word", "start_time": 0.5, "end_time": 0.9, "alternatives": [{"content": "Hi"}]},
+        {"type": "punctuation", "start_time": 0.9, "end_time": 0.9, "alternatives": [{"content": "."}]},
+        {"type": "word", "start_time": 1.0, "end_time": 1.5, "alternatives": [{"content": "You."}]}]},
+    "youtube": {"events": [{"tStartMs": 0, "dDurationMs": 5000, "id": 1},
+                           {"tStartMs": 500, "dDurationMs": 400, "segs": [{"utf8": "Hi."}]},
+                           {"tStartMs": 1000, "dDurationMs": 500, "segs": [{"utf8": "You."}]}]},
+    "aeneas": {"fragments": [{"begin": "0.500", "end": "0.900", "lines": ["Hi."]},
+                             {"begin": "1.000", "end": "1.500", "lines": ["You."]}]},
+    "montreal": {"start": 0, "end": 2, "tiers": {"words": {"type": "interval", "entries": [
+        [0.5, 0.9, "Hi."], [1.0, 1.5, "You."]]}, "phones": {"type": "interval", "entries": [[0.5, 0.9, "HH"]]}}},
+    "gentle": {"transcript": "", "words": [{"word": "Hi.", "case": "success", **WORD}, {
+        "word": "no", "case": "not-found-in-audio"}, {"word": "You.", "case": "success", "start": 1, "end": 1.5}]},
     "plain": [{"text": "Hi.", **WORD}, {"text": "You.", "start": 1, "end": 1.5}],
 }
 
@@ -108,6 +160,17 @@ RECOGNISED: dict[str, Any] = {
 def test_what_recognisers_write_is_read(tmp_path: Path, shape: str) -> None:
     path = written(tmp_path, "a.json", json.dumps(RECOGNISED[shape]))
     assert read_timed_text(path) == (Cue(0.5, 0.9, "Hi."), Cue(1.0, 1.5, "You."))
+
+
+def test_values_on_lines_are_a_list_and_milliseconds_are_refused(tmp_path: Path) -> None:
+    rows = [json.dumps({"word": word, "start": a, "end": b}) for word, a, b in (("Hi.", .5, .9), ("You.", 1, 1.5))]
+    assert read_timed_text(written(tmp_path, "a.json", "\n".join(rows) + "\n")) == (
+        Cue(0.5, 0.9, "Hi."), Cue(1.0, 1.5, "You."))
+    late = [{"text": "hi", "start": 1000 * k, "end": 1000 * k + 400} for k in range(4)]
+    for name, text in (("a.json", json.dumps(late)), ("a.csv", "start,end,word\n" + "\n".join(
+            f"{row['start']},{row['end']},hi" for row in late))):
+        with pytest.raises(DnnvssError, match="about 1,000 times"):
+            read_timed_text(written(tmp_path, name, text))
 
 
 @pytest.mark.parametrize("value", [{}, [], {"segments": []}, 3, [{"start": "soon", "end": 1, "text": "a"}],

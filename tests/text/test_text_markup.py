@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from dnnvss.errors import DnnvssError
+from dnnvss.phones.alphabets import arpabet
 from dnnvss.speech.durations import _rates
-from dnnvss.text.alphabets import arpabet
 from dnnvss.text.sentence import parse, spoken_words
 
 

@@ -5,7 +5,7 @@ import re
 import unicodedata
 
 from dnnvss.errors import DnnvssError
-from dnnvss.phones import SPOKEN, VOWELS, strip_stress
+from dnnvss.phones.inventory import SPOKEN, VOWELS, strip_stress
 
 _IPA = {
     "iː": "IY", "i": "IY", "ɪ": "IH", "ɨ": "IH", "eɪ": "EY", "e": "EH", "ɛ": "EH", "æ": "AE", "a": "AE", "ɑː": "AA",
@@ -15,14 +15,17 @@ _IPA = {
     "p": "P", "b": "B", "t": "T", "d": "D", "k": "K", "ɡ": "G", "g": "G", "f": "F", "v": "V", "θ": "TH", "ð": "DH",
     "s": "S", "z": "Z", "ʃ": "SH", "ʒ": "ZH", "h": "HH", "x": "K", "tʃ": "CH", "dʒ": "JH", "ʧ": "CH", "ʤ": "JH",
     "m": "M", "n": "N", "ŋ": "NG", "l": "L", "ɫ": "L", "ɹ": "R", "r": "R", "ɾ": "T", "ʔ": "T", "j": "Y", "w": "W",
-    "ʍ": "W",
+    "ʍ": "W", "aj": "AY", "aw": "AW", "ej": "EY", "ɔj": "OY", "ow": "OW", "əw": "OW", "c": "K", "ɟ": "G", "ç": "HH",
+    "ɲ": "N", "ɱ": "M", "ʎ": "L", "ʈ": "T", "ɖ": "D", "ɻ": "R", "ɕ": "SH", "ʑ": "ZH", "œ": "ER",
 }
 """Sounds of English in the International Phonetic Alphabet, both varieties."""
 
 _XSAMPA = {"r\\": "ɹ", "@`": "ɚ", "3`": "ɝ", "I": "ɪ", "E": "ɛ", "{": "æ", "A": "ɑ", "Q": "ɒ", "O": "ɔ", "U": "ʊ",
            "V": "ʌ", "@": "ə", "3": "ɜ", "T": "θ", "D": "ð", "S": "ʃ", "Z": "ʒ", "N": "ŋ", '"': "ˈ", "%": "ˌ", ":": "ː",
            "4": "ɾ", "?": "ʔ", "5": "ɫ", "W": "ʍ", "r": "ɹ"}
-_IGNORED = re.compile(r"[\s.·‿|ʰʷ̩̯̃͜͡()/\[\]-]")
+_IGNORED = re.compile(r"[\s.()|/\[\]\u00b7\u203f\u02b0\u02b2\u02b7\u02e0\u02d1"
+                      r"\u0303\u0329\u032f\u031a\u0315\u035c\u0361-]")
+"""Marks of length, aspiration, nasality and the like, with which a sound stays the phone that it is."""
 _LONGEST = max(map(len, _IPA))
 
 
@@ -46,7 +49,30 @@ def arpabet(phones: str, alphabet: str = "ipa") -> tuple[str, ...]:
         phones = re.sub("|".join(map(re.escape, _XSAMPA)), lambda m: _XSAMPA[m[0]], phones)
     elif kind != "ipa":
         raise DnnvssError(f"the alphabet {alphabet!r} is not known", remedy="Use ipa, x-sampa or x-arpabet")
-    return _spelt(_IGNORED.sub("", unicodedata.normalize("NFD", phones.replace("'", "ˈ").replace(":", "ː"))), phones)
+    return _spelt(_bare(phones), phones)
+
+
+def single_sound(label: str, alphabet: str) -> tuple[str, ...]:
+    """The phones of a label that stands for one sound: one, or two for a diphthong that the lexicon does not have.
+
+    Args:
+        label: as an aligner writes it.
+        alphabet: ``ipa`` or ``x-sampa``.
+
+    Raises:
+        DnnvssError: it stands for none, or for several.
+    """
+    sign = re.sub("|".join(map(re.escape, _XSAMPA)), lambda m: _XSAMPA[m[0]], label) if alphabet == "x-sampa" else label
+    bare = re.sub("[ˈˌ=]", "", _bare(sign))
+    found = _IPA.get(bare) or _IPA.get(bare.rstrip("ː"))
+    if found is None:
+        raise DnnvssError(f"{label!r} is no sound of English that is known", remedy="Use ARPAbet")
+    return tuple(found.split())
+
+
+def _bare(phones: str) -> str:
+    """Signs without the marks that change no phone."""
+    return _IGNORED.sub("", unicodedata.normalize("NFD", phones.replace("'", "ˈ").replace(":", "ː")))
 
 
 def _spelt(text: str, phones: str) -> tuple[str, ...]:

@@ -1,0 +1,153 @@
+"""The shapes of JSON that speech recognisers and aligners write, each as rows of start, end and text."""
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+Row = tuple[Any, Any, Any, float]
+"""Start, end and text as they stand, and how many of the unit of times are a second."""
+
+_TICKS = 1e7
+"""Units of 100 ns in a second, in which Azure counts."""
+_STARTS = ("start", "begin", "start_time", "startTime", "Start", "from")
+_ENDS = ("end", "stop", "end_time", "endTime", "End", "to")
+_TEXTS = ("text", "word", "punctuated_word", "label", "Word", "Text", "content")
+
+
+def _whisper(data: Any) -> Iterator[Row]:
+    for segment in data["segments"]:
+        words = segment.get("words") or []
+        if words and all("start" in word and "end" in word for word in words):
+            yield from ((w["start"], w["end"], w["word"], 1.0) for w in words)
+        else:
+            yield segment["start"], segment["end"], segment["text"], 1.0
+
+
+def _whisper_cpp(data: Any) -> Iterator[Row]:
+    yield from ((s["offsets"]["from"], s["offsets"]["to"], s["text"], 1000.0)
+                for s in data["transcription"])
+
+
+def _hugging_face(data: Any) -> Iterator[Row]:
+    chunks = data["chunks"]
+    behind = [chunk["timestamp"][0] for chunk in chunks[1:]] + [None]
+    for chunk, after in zip(chunks, behind, strict=True):
+        start, end = chunk["timestamp"]
+        yield start, next((t for t in (end, after) if t is not None), start), chunk["text"], 1.0
+
+
+def _vosk(data: Any) -> Iterator[Row]:
+    for part in data if isinstance(data, list) else [data]:
+        yield from ((w["start"], w["end"], w["word"], 1.0) for w in part.get("result", []))
+
+
+def _deepgram(data: Any) -> Iterator[Row]:
+    for word in data["results"]["channels"][0]["alternatives"][0]["words"]:
+        yield word["start"], word["end"], word.get("punctuated_word") or word["word"], 1.0
+
+
+def _joined(items: Iterator[Row | str]) -> Iterator[Row]:
+    """Words, each with the signs (plain texts) that follow it."""
+    held: Row | None = None
+    for item in items:
+        if not isinstance(item, str):
+            if held:
+                yield held
+            held = item
+        elif held:
+            held = held[0], held[1], held[2] + item, held[3]
+    if held:
+        yield held
+
+
+def _aws(data: Any) -> Iterator[Row]:
+    """Amazon's items, and Speechmatics's results, which are like them."""
+    results = data["results"]
+    items = results["items"] if isinstance(results, dict) else results
+    if not any("start_time" in item for item in items):
+        raise KeyError("start_time")
+    yield from _joined(
+        item["alternatives"][0]["content"]
+        if item.get("type") == "punctuation" or "start_time" not in item
+        else (item["start_time"], item["end_time"], item["alternatives"][0]["content"], 1.0)
+        for item in items)
+
+
+def _google(data: Any) -> Iterator[Row]:
+    for result in data["results"]:
+        for word in result["alternatives"][0].get("words", []):
+            start, end = (next((word[k] for k in (f"{edge}Time", f"{edge}Offset", f"{edge}_time",
+                                                  f"{edge}_offset") if k in word), default)
+                          for edge, default in (("start", 0), ("end", None)))
+            yield start, end, word["word"], 1.0
+
+
+def _watson(data: Any) -> Iterator[Row]:
+    for result in data["results"]:
+        yield from ((start, end, word, 1.0)
+                    for word, start, end in result["alternatives"][0]["timestamps"])
+
+
+def _azure(data: Any) -> Iterator[Row]:
+    """Azure's phrases: of a batch (``recognizedPhrases``), or one or some detailed results."""
+    phrases = data if isinstance(data, list) else data.get("recognizedPhrases", [data])
+    for phrase in phrases:
+        low = _lowered(phrase)
+        best = _lowered(low["nbest"][0])
+        for word in map(_lowered, best.get("words") or [{**low, "word": best["display"]}]):
+            start = float(word.get("offsetinticks", word.get("offset")))
+            length = float(word.get("durationinticks", word.get("duration")))
+            yield start, start + length, word["word"], _TICKS
+
+
+def _lowered(row: dict[str, Any]) -> dict[str, Any]:
+    return {key.lower(): value for key, value in row.items()}
+
+
+def _rev(data: Any) -> Iterator[Row]:
+    yield from _joined((e["ts"], e["end_ts"], e["value"], 1.0) if "ts" in e else e["value"]
+                       for monologue in data["monologues"] for e in monologue["elements"])
+
+
+def _youtube(data: Any) -> Iterator[Row]:
+    for event in data["events"]:
+        start, parts = event.get("tStartMs", 0), event.get("segs", [])
+        ends = [p.get("tOffsetMs", 0) for p in parts[1:]] + [event.get("dDurationMs", 0)] * bool(parts)
+        for part, end in zip(parts, ends, strict=True):
+            at = part.get("tOffsetMs", 0)
+            yield start + at, start + max(at, end), part["utf8"], 1000.0
+
+
+def _aeneas(data: Any) -> Iterator[Row]:
+    yield from ((f["begin"], f["end"], " ".join(f["lines"]), 1.0) for f in data["fragments"])
+
+
+def _textgrid(data: Any) -> Iterator[Row]:
+    """The tier of words of a TextGrid as JSON, by name or in a list."""
+    tiers = data["tiers"]
+    named = tiers.items() if isinstance(tiers, dict) else ((t["name"], t) for t in tiers)
+    words = next(tier for name, tier in named if re.search(r"\bwords?$", name, re.IGNORECASE))
+    yield from ((start, end, word, 1.0) for start, end, word in words["entries"])
+
+
+def _assembly(data: Any) -> Iterator[Row]:
+    if all(isinstance(w["start"], int) for w in data["words"]):  # else they are seconds
+        yield from ((w["start"], w["end"], w["text"], 1000.0) for w in data["words"])
+
+
+def _plain(data: Any) -> Iterator[Row]:
+    """A list of rows, or Gentle's ``words``, of which those that it did not find have no times."""
+    rows = data if isinstance(data, list) else data["words"]
+    for row in rows:
+        if row.get("case") != "not-found-in-audio":
+            yield _first(row, _STARTS), _first(row, _ENDS), _first(row, _TEXTS), 1.0
+
+
+def _first(row: dict[str, Any], names: tuple[str, ...]) -> Any:
+    return row[next(name for name in names if name in row)]
+
+
+SHAPES: tuple[Callable[[Any], Iterator[Row]], ...] = (
+    _whisper, _whisper_cpp, _hugging_face, _vosk, _deepgram, _aws, _google, _watson, _azure, _rev,
+    _youtube, _aeneas, _textgrid, _assembly, _plain)
+"""Each yields the rows of JSON of its shape, and none, or an error of a missing key, of any other."""
