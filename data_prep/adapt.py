@@ -18,6 +18,7 @@ from dnnvss.phones import SHORT_PAUSE, SILENCE, SILENCES
 from dnnvss.progress import counted
 from dnnvss.speech.align_adapt import Voice, first_states, learn, segment
 from dnnvss.speech.align_features import HOP, cepstra
+from dnnvss.speech.align_onset import EXAMPLES, FREE, QUANTILE, given_back, longest, runs_of
 from dnnvss.speech.align_tiers import Piece, tiers
 from dnnvss.timing import Alignment
 
@@ -66,7 +67,7 @@ def learn_voice(
     if sum(s.duration for a in known.values() for s in a["phones"] if s.label not in SILENCES) < LEAST:
         return None
     names = names[:: max(1, round(sum(a.end for a in known.values()) / MOST))]
-    key = fingerprint(ROUNDS, MIXTURES, [(n, tasks[n], first[n]) for n in names])
+    key = fingerprint(ROUNDS, MIXTURES, QUANTILE, FREE, EXAMPLES, [(n, tasks[n], first[n]) for n in names])
     path = shop.out / FOLDER / "voice" / f"{key}.npz"
     if not path.is_file():
         for old in path.parent.glob("*.npz"):
@@ -87,7 +88,9 @@ def own_voice(phones: tuple[str, ...], features: list[np.ndarray], known: list[A
         known: the first alignment of each clip.
         tasks: ``words`` and ``bounds`` (or nothing) of each clip.
     """
-    states = [first_states(_pieces(a), len(f), phones) for a, f in zip(known, features, strict=True)]
+    limits = longest([runs_of(a) for a in known])
+    states = [first_states(_pieces(given_back(a, limits)), len(f), phones)
+              for a, f in zip(known, features, strict=True)]
     voice = learn(features, states, phones, MIXTURES)
     for _ in counted(range(1, ROUNDS), "voice", unit="rounds"):
         for k in range(0, len(features), _TOGETHER):

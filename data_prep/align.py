@@ -14,6 +14,7 @@ from dnnvss.phones import SILENCES
 from dnnvss.speech.align import UnfitError, align
 from dnnvss.speech.align_doubt import Word, levels
 from dnnvss.speech.align_edges import sharpened
+from dnnvss.speech.align_onset import given_back
 from dnnvss.speech.align_words import words_over
 from dnnvss.text.agreement import OTHER, agreement
 from dnnvss.text.lexicon import pronunciations
@@ -53,9 +54,18 @@ def heard(name: str, out: Path, audio: Path, words: list[tuple[str, list[tuple[s
 
 
 def sharp(name: str, out: Path, audio: Path, first: dict[str, Any],
-          bounds: list[tuple[float, float]]) -> dict[str, Any]:
-    """Return the result of :func:`heard` with its edges where the sound changes; ``name`` and ``out`` are not used."""
-    whole = sharpened(Alignment.from_json(first["alignment"]), read_audio(audio))
+          bounds: list[tuple[float, float]], limits: dict[str, float]) -> dict[str, Any]:
+    """The result of :func:`heard` with its edges where the sound changes, and silence where no phone can last so long.
+
+    Args:
+        name, out: not used.
+        audio: the sound.
+        first: the result.
+        bounds: start and end of each word in seconds, or nothing where they are not known.
+        limits: seconds that a phone lasts behind a silence at most.
+    """
+    held = given_back(Alignment.from_json(first["alignment"]), limits)
+    whole = sharpened(held, read_audio(audio))
     return first | {"alignment": whole.to_json(), "late": lateness(whole, bounds)}
 
 

@@ -11,13 +11,18 @@ from data_prep.recipe import Preparation, Results
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.speech.align import DOUBTFUL
+from dnnvss.speech.align_onset import longest, runs_of
 from dnnvss.text.lexicon import pronunciations
+from dnnvss.timing import Alignment
 
 GIVEN = 2
 """Version of how given alignments are read."""
 
 ALIGNER = 5
-"""Version of the aligner: alignments of earlier ones are made anew."""
+"""Version of the aligner for everybody: alignments of earlier ones are made anew."""
+
+SECOND = 6
+"""Version of what is made of them."""
 
 WEAK, WRONG = -15.0, -6.0
 """Fit with the talker's own voice below which a word is noted, and mean fit of its words below which an utterance is
@@ -48,8 +53,8 @@ def aligned(run: Preparation, made: Results, late: Mapping[str, float]) -> Resul
         again = {n: {**bare[n], "voice": own, "scores": r["scores"], "attempt": r["attempt"]} for n, r in first.items()}
         last = {n: {**bare[n], "voice": own, "refused": r["unfit"]} for n, r in tried.items() if "unfit" in r}
         run.take({n: r for n, r in tried.items() if n not in first and n not in last})
-        first = run.take(run.shop.run("own voice", heard_again, again, ALIGNER)
-                         | run.shop.run("second chance", heard_at_last, last, ALIGNER))
+        first = run.take(run.shop.run("own voice", heard_again, again, SECOND)
+                         | run.shop.run("second chance", heard_at_last, last, SECOND))
     for name, result in first.items():
         run.outcomes[name].notes += _doubts(result, [w for w, _ in tasks[name]["words"]], run.recipe.far)
         if (fit := float(np.mean(result.get("fit") or [0.0]))) < WRONG:
@@ -59,8 +64,10 @@ def aligned(run: Preparation, made: Results, late: Mapping[str, float]) -> Resul
 
 def _sharp(run: Preparation, tasks: Mapping[str, dict[str, Any]], first: Results) -> Results:
     """Return the alignments with their edges where the sound changes: no voice of the talker's puts them right."""
-    kept = {n: {"audio": tasks[n]["audio"], "first": r, "bounds": tasks[n]["bounds"]} for n, r in first.items()}
-    return run.shop.run("sharp", sharp, kept, ALIGNER)
+    limits = longest([runs_of(Alignment.from_json(r["alignment"])) for r in first.values()])
+    kept = {n: {"audio": tasks[n]["audio"], "first": r, "bounds": tasks[n]["bounds"], "limits": limits}
+            for n, r in first.items()}
+    return run.shop.run("sharp", sharp, kept, SECOND)
 
 
 def _alignment_tasks(run: Preparation, made: Results, late: Mapping[str, float]

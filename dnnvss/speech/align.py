@@ -9,6 +9,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.media import SPEECH_RATE
 from dnnvss.speech.align_doubt import DOUBTFUL, Word, doubt, levels, noisy, score
 from dnnvss.speech.align_edges import sharpened
+from dnnvss.speech.align_onset import given_back
 from dnnvss.speech.align_sphinx import decode
 from dnnvss.speech.align_tiers import tiers
 from dnnvss.timing import Alignment
@@ -80,7 +81,7 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
             pieces = [(h.phone, h.word, h.start + start, h.end + start) for h in heard]
             scores = tuple(score([h for h in heard if h.word == k]) for k in range(len(words)))
             found = tiers(pieces, [word for word, _ in words], len(audio) / SPEECH_RATE)
-            return Aligned(sharpened(found, audio) if sharp else found, scores, attempt)
+            return Aligned(sharpened(given_back(found, {}), audio) if sharp else found, scores, attempt)
         reasons.append(why)
     why = next((r for r in reasons if r != _NOT_FOUND), _NOT_FOUND)
     raise UnfitError(f"the text {said!r} {why}",

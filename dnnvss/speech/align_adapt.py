@@ -8,7 +8,7 @@ Boundaries become consistent from clip to clip, which is what a model that learn
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice, pairwise, product
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from dnnvss import files
 from dnnvss.archives import Held, read_declared
 from dnnvss.phones import SHORT_PAUSE, SILENCE
 from dnnvss.speech.align_features import HOP
+from dnnvss.speech.align_onset import Run, limit_of, longest
 from dnnvss.speech.align_tiers import Piece
 
 STATES = 3
@@ -28,6 +29,9 @@ _FLOOR = 0.02
 
 _PRIOR = 5.0
 """Frames that the prior variance counts for."""
+
+_AGAIN = 3
+"""Times that phones which last too long behind a silence are held shorter: their ends may move with their starts."""
 
 _WAYS = 16
 """Largest number of combinations of pronunciations that are tried for a sentence."""
@@ -44,6 +48,7 @@ class Voice:
         mean, precision: (Q, K, 39) of each Gaussian.
         weight: (Q, K) log weight with the Gaussian's normalisation; -inf where a state has fewer than K.
         stay, go: (Q,) log probabilities of staying in a state and of leaving it.
+        longest: (P,) seconds a phone lasts behind a silence at most, inf where nothing tells.
     """
 
     phones: Phones
@@ -52,6 +57,7 @@ class Voice:
     weight: np.ndarray
     stay: np.ndarray
     go: np.ndarray
+    longest: np.ndarray
 
     def emissions(self, features: np.ndarray) -> np.ndarray:
         """Return the log likelihood (T, Q) float32 of every frame of features (T, 39) in every state."""
@@ -66,13 +72,14 @@ class Voice:
     def write(self, path: Path) -> Path:
         """Write the voice as npz and return the path."""
         return files.write_arrays(path, phones=np.array(self.phones), mean=self.mean, precision=self.precision,
-                                  weight=self.weight, stay=self.stay, go=self.go)
+                                  weight=self.weight, stay=self.stay, go=self.go, longest=self.longest)
 
     @classmethod
     def read(cls, path: Path) -> "Voice":
         """Return the voice that :meth:`write` wrote."""
         declared = {"phones": Held(("P",), "U"), "mean": Held(("Q", "K", "C")), "precision": Held(("Q", "K", "C")),
-                    "weight": Held(("Q", "K"), finite=False), "stay": Held(("Q",)), "go": Held(("Q",))}
+                    "weight": Held(("Q", "K"), finite=False), "stay": Held(("Q",)), "go": Held(("Q",)),
+                    "longest": Held(("P",), finite=False)}
         arrays = read_declared(path, declared, "Prepare the corpus again")
         return cls(tuple(str(p) for p in arrays.pop("phones")), **arrays)
 
@@ -107,7 +114,15 @@ def learn(features: Sequence[np.ndarray], states: Sequence[np.ndarray], phones: 
     visits = sum(np.bincount(s[np.concatenate([[True], s[1:] != s[:-1]])], minlength=count) for s in states)
     length = np.maximum(np.bincount(owner, minlength=count) / np.maximum(visits, 1), 1.05)
     as32 = (np.asarray(a, np.float32) for a in (mean, precision, weight, np.log(1 - 1 / length), np.log(1 / length)))
-    return Voice(phones, *as32)
+    limits = longest([_runs(s, phones) for s in states])
+    return Voice(phones, *as32, np.array([limit_of(phone, limits) for phone in phones]))
+
+
+def _runs(states: np.ndarray, phones: Phones) -> list[Run]:
+    """The phones that states (T,) run through, in seconds."""
+    begins = np.flatnonzero((np.diff(states // STATES) != 0) | (np.diff(states) < 0)) + 1
+    edges = [0, *begins.tolist(), len(states)]
+    return [(phones[states[a] // STATES], a * HOP, b * HOP) for a, b in pairwise(edges)]
 
 
 def _cells(frames: np.ndarray, count: int, variance: np.ndarray) -> list[np.ndarray]:
@@ -239,12 +254,31 @@ def segment(voice: Voice, features: Sequence[np.ndarray], sentences: Sequence[Se
     for (k, line), (path, score) in zip(jobs, found, strict=True):
         if k not in best or score > best[k][0]:
             best[k] = (score, line, path)
+    paths = {k: (line, path) for k, (_, line, path) in best.items()}
+    for _ in range(_AGAIN):
+        tight = {k: c for k, (line, path) in paths.items() if (c := _held(line, path, voice)) is not None}
+        again = best_paths(voice, [emissions[k] for k in tight], list(tight.values())) if tight else []
+        paths |= {k: (c, path) for (k, c), (path, _) in zip(tight.items(), again, strict=True)}
     results = []
     for k, e in enumerate(emissions):
-        _, line, path = best[k]
+        line, path = paths[k]
         states = line.states[path]
         results.append((_pieces(line, path), states, e[np.arange(len(e)), states] - e.max(axis=1)))
     return results
+
+
+def _held(line: Chain, path: np.ndarray, voice: Voice) -> Chain | None:
+    """A chain in which no phone begins so early behind a silence as it did; None where none lasts too long."""
+    owner = line.owner[path]
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(owner)) + 1, [len(owner)]])
+    first = line.first.copy()
+    for start, end in list(pairwise(edges))[1:]:
+        (phone, word), (_, before) = (line.pieces[owner[t]] for t in (start, start - 1))
+        most = voice.longest[voice.phones.index(phone)] / HOP if word >= 0 > before else np.inf
+        if end - start > most:
+            places = line.owner == owner[start]
+            first[places] = np.maximum(first[places], end - int(most))
+    return None if (first == line.first).all() else replace(line, first=first)
 
 
 def _pieces(line: Chain, path: np.ndarray) -> list[Piece]:

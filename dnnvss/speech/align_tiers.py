@@ -12,7 +12,8 @@ PAUSE = 0.05
 CLOSURE = 0.1
 """Seconds of silence before a stop that are taken for its closure."""
 
-_STOPS = ("B", "CH", "D", "G", "JH", "K", "P", "T")
+STOPS = ("B", "CH", "D", "G", "JH", "K", "P", "T")
+"""Phones that begin with a closure."""
 
 Piece = tuple[str, int, float, float]
 """Phone, index of its word (-1 in silence), start and end in seconds."""
@@ -39,7 +40,7 @@ def tiers(pieces: Sequence[Piece], words: Sequence[str], duration: float) -> Ali
         assert this is not None
         end = min(this[3], duration)
         gap = following[2] - end if following else 0.0
-        closure = following is not None and following[0] in _STOPS
+        closure = following is not None and following[0] in STOPS
         if 0 < gap < PAUSE and not closure:
             end += gap / 2
         rows.append((Segment(start, end, this[0]), this[1]))

@@ -87,7 +87,7 @@ def test_edges_of_a_small_corpus_are_sharpened(tmp_path):
     sound, truth = spoken(SAID, 9)
     path = write_wav(tmp_path / "a.wav", sound, RATE)
     first = heard("u", tmp_path, path, ways(SAID), [], 0.25, round(len(sound) / RATE * 100), "100")
-    moved = sharp("u", tmp_path, path, first, [])
+    moved = sharp("u", tmp_path, path, first, [], {})
     assert {k: v for k, v in moved.items() if k != "alignment"} == {k: v for k, v in first.items() if k != "alignment"}
 
     def apart(result):

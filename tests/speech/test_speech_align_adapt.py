@@ -59,7 +59,7 @@ def test_rounds_of_learning_bring_the_edges_to_the_truth(corpus):
 
 def tiny_voice():
     return Voice(("AA", "sil"), np.zeros((6, 1, WIDTH)), np.ones((6, 1, WIDTH)), np.zeros((6, 1)),
-                 np.log(np.full(6, 0.7, np.float32)), np.log(np.full(6, 0.3, np.float32)))
+                 np.log(np.full(6, 0.7, np.float32)), np.log(np.full(6, 0.3, np.float32)), np.full(2, np.inf))
 
 
 def test_the_path_is_the_best_of_all(corpus):
