@@ -8,7 +8,7 @@ from importlib import resources
 from data_prep.look_pictures import faces, wave
 from data_prep.looked import Look
 from data_prep.sample import PART, Sample
-from dnnvss.pages import bars, document
+from dnnvss.pages import bars, document, wide
 from dnnvss.phones import SPOKEN
 from dnnvss.text.coverage import EXAMPLES, next_prompts, unsaid
 
@@ -113,7 +113,7 @@ def _recording(sample: Sample, name: str, text: str) -> str:
             for address, told, doubted in faces(sample, name, sample.run.recipe.info.landmark_groups))
         parts.append(f'<div class="pictures">{pictures}</div>')
     if name in sample.made:
-        parts.append(f'<div class="wave">{wave(sample, name)}</div>')
+        parts.append(wide(wave(sample, name), f"Sound of {name}", "wave"))
     parts = ['<div class="both">' + "".join(parts) + "</div>"] if len(parts) > 1 else parts
     cut = [f"only {PART:.0f} seconds of it, without their words: it is long"] if name in sample.cut else []
     cut += ["its words are not known yet"] if name in sample.wordless - sample.cut else []
@@ -137,8 +137,9 @@ def _left_out(look: Look) -> str:
     rows = "".join(f"<tr><td>{html.escape(name)}</td><td>{html.escape(why)}</td></tr>"
                    for name, why in list(dropped.items())[:_SHOWN])
     more = f'<p class="note">and {len(dropped) - _SHOWN} more</p>' if len(dropped) > _SHOWN else ""
-    return ('<h2>What will be dropped</h2><div class="scroll"><table class="told"><thead><tr><th>recording</th>'
-            f"<th>why</th></tr></thead><tbody>{rows}</tbody></table></div>{more}")
+    table = ('<table class="told"><thead><tr><th>recording</th><th>why</th></tr></thead>'
+             f"<tbody>{rows}</tbody></table>")
+    return f"<h2>What will be dropped</h2>{wide(table, 'What will be dropped')}{more}"
 
 
 def _sounds(look: Look) -> str:
@@ -166,7 +167,7 @@ def _time(look: Look) -> str:
         return ""
     rows = "".join(f"<tr><td>{stage}</td><td>{_duration(took)}</td></tr>" for stage, took in look.stages.items())
     several = f", {look.jobs} recordings at a time" if look.jobs > 1 else ""
+    table = f"<table><thead><tr><th>step</th><th>time</th></tr></thead><tbody>{rows}</tbody></table>"
     return ("<h2>How long it will take</h2>"
             f'<p class="note">From what the sample took{several}. Measuring how late each sound is (sync) and a busy '
-            f'machine add to it.</p><div class="scroll"><table><thead><tr><th>step</th><th>time</th></tr></thead>'
-            f"<tbody>{rows}</tbody></table></div>")
+            f"machine add to it.</p>{wide(table, 'How long it will take')}")

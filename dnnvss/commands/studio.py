@@ -1,6 +1,7 @@
-"""``dnnvss studio [RUNS]``: type or speak, and watch: a page on this machine, and a service under it.
+"""``dnnvss studio [RUNS]``: type or speak, and watch: pages on this machine, and a service under them.
 
-Serves the finished runs in a folder. Where there is none yet, the page offers to make the built-in talker.
+Serves the finished runs in a folder; where there is none yet, the page offers to make the built-in talker. Beside it
+are pages of footage, labels, training, results and viewing tests.
 """
 
 from collections.abc import Sequence
@@ -11,6 +12,9 @@ from secrets import token_urlsafe
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE
 from dnnvss.style.generator import StyleSettings
+
+FOLDERS = ("data", "labels", "viewing")
+"""Where commands write corpora, labels and viewing tests unless told otherwise."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -23,14 +27,19 @@ def main(arguments: Sequence[str]) -> int:
                         "other machines get in who bring the token, which is printed")
     parser.add_argument("--name", action="append", default=[], help="a further name under which "
                         "it is reached, with its port where that is not the usual one, such as face.example:8766")
+    parser.add_argument("--folder", action="append", type=Path, metavar="FOLDER", help="a folder whose corpora, "
+                        f"labels, viewing tests and comparisons are listed; may be given again ({', '.join(FOLDERS)})")
     options = parser.read(arguments)
+    from dnnvss.studio.areas import with_areas
     from dnnvss.studio.server import Server
     from dnnvss.studio.speaking import SpeakingDesk
 
     token = None if options.host == "127.0.0.1" else token_urlsafe(18)
     desk = SpeakingDesk(options.runs, styles())
     try:
-        with Server(desk.page(), options.port, options.host, token=token, names=options.name) as server:
+        folders = options.folder or [Path(name) for name in FOLDERS]
+        page = with_areas(desk.page(), options.runs, folders)
+        with Server(page, options.port, options.host, token=token, names=options.name) as server:
             print(f"open {server.url}{f'?token={token}' if token else ''} (Ctrl-C ends); the service is described at "
                   f"{server.url}v1/openapi.json", flush=True)
             with suppress(KeyboardInterrupt):

@@ -18,7 +18,7 @@ from dnnvss.evaluation.report import number
 from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.statistics import Estimate, pooled
 from dnnvss.face.base import APERTURE, Face
-from dnnvss.pages import document
+from dnnvss.pages import document, wide
 from dnnvss.timing import FrameClock
 
 _COLOURS = ("#2563a8", "#c2410c", "#15803d", "#7c3aed", "#b45309", "#be185d")
@@ -51,8 +51,8 @@ def write_page(
         title=html.escape(title),
         lead=html.escape(" ".join([f"{len(result.sentences)} test sentences; averages over the first {result.first} "
                                    "coefficients.", *result.rivals, *result.few])),
-        head=_values(result, [m for m in result.measures if m.name in HEAD]),
-        values=_values(result, result.measures),
+        head=wide(_values(result, [m for m in result.measures if m.name in HEAD]), "The main metrics"),
+        values=wide(_values(result, result.measures), "All metrics"),
         cards="".join(_card(result, m) for m in result.measures),
         tests=_tests(result),
         sections="".join(section.html() for section in sections),
@@ -161,7 +161,7 @@ def _tests(result: Comparison) -> str:
         cells = [html.escape(title), html.escape(names), number(d.value), span, f"{d.p:.4f}", f"{p:.4f}"]
         rows.append(("system", cells))
     head = ["metric", "systems", "difference", "95 % interval", "p (permutation)", "p (Holm)"]
-    table = f'<div class="scroll">{_table(head, rows)}</div>' if rows else ""
+    table = wide(_table(head, rows), "Paired differences") if rows else ""
     note = "".join(f'<p class="note">{text}</p>' for text in (*result.few, *left_out(0 if result.few else without)))
     return f"<details><summary>Paired differences</summary>{table}{note}</details>"
 
@@ -175,8 +175,8 @@ def _classes(result: Comparison) -> str:
                 values = [number(pooled(by[c][name])) if c in by else number(float("nan")) for c in CLASSES]
                 rows.append((_kind(result, system), [html.escape(system), *values]))
         if rows:
-            table = _table([in_unit(title, result.unit), *CLASSES], rows)
-            parts.append(f'<div class="scroll" style="margin-bottom:16px">{table}</div>')
+            table = wide(_table([in_unit(title, result.unit), *CLASSES], rows), f"{title} by phone class")
+            parts.append(f'<div style="margin-bottom:16px">{table}</div>')
     return "".join(parts)
 
 

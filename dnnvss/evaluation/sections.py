@@ -8,6 +8,7 @@ from pathlib import Path
 from dnnvss.evaluation.outside.judged import TEXT, VOICE, Judged
 from dnnvss.evaluation.outside.scores import MEASURES
 from dnnvss.formats.tables import markdown_numbers
+from dnnvss.pages import wide
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Section:
                        for row in self.rows)
         table = f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
         return (f'<details><summary>{html.escape(self.title)}</summary><p class="note">{html.escape(self.note)}</p>'
-                f'<div class="scroll">{table}</div></details>')
+                f"{wide(table, self.title)}</details>")
 
 
 def seen_from_outside(folders: Mapping[str, Path]) -> Section | None:

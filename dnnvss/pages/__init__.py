@@ -49,6 +49,17 @@ def _inline(script: str) -> str:
     return f"\n{script}"
 
 
+def wide(content: str, label: str, kind: str = "scroll") -> str:
+    """What may be wider than the page, so that it scrolls by itself; the keyboard reaches it.
+
+    Args:
+        content: as HTML.
+        label: what it is, as text.
+        kind: its class.
+    """
+    return f'<div class="{kind}" tabindex="0" role="region" aria-label="{html.escape(label)}">{content}</div>'
+
+
 def bars(rows: Iterable[tuple[str, str, int]]) -> str:
     """Counts as bars, those of nothing marked: each row a label, what explains it, and its count."""
     rows = list(rows)

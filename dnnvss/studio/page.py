@@ -142,7 +142,7 @@ class Page:
     """A page, and the pages under it.
 
     Args:
-        folder: of its static files in ``studio/pages``.
+        folder: of its static files in ``studio/pages``; empty where it has none.
         routes: what else it answers.
         under: the page under the first part of a path, None where there is none: what it has at ``/icon.svg`` is
             found at ``/PART/icon.svg``. It may raise a ``DnnvssError``.
@@ -161,9 +161,9 @@ class Page:
 
         No other file of the package or the disk is among them.
         """
-        return _static(self.folder)
+        return _static(self.folder) if self.folder else {}
 
-    def within(self, parts: Sequence[str]) -> "tuple[Page, Sequence[str]]":
+    def within(self, parts: list[str]) -> "tuple[Page, list[str]]":
         """The page that a path leads to, and what of the path is left to it.
 
         Args:

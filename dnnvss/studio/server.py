@@ -261,7 +261,9 @@ class Server:
 
     async def _handled(self, request: web.BaseRequest) -> web.StreamResponse:
         parts = [unquote(part) for part in request.rel_url.raw_path.split("/")[1:]]
-        page, parts = await asyncio.to_thread(self.page.within, parts) if len(parts) > 1 else (self.page, parts)
+        page = self.page
+        if len(parts) > 1:
+            page, parts = await asyncio.to_thread(page.within, parts)
         if request.method in _READING and len(parts) == 1 and (file := page.static().get(f"/{parts[0]}")):
             request[_ROUTE] = request.path
             response = _response(file)

@@ -12,7 +12,7 @@ from dnnvss import files
 from dnnvss.evaluation.viewing.analysis import Analysis
 from dnnvss.evaluation.viewing.tables import Score, Table, interval
 from dnnvss.formats.tables import markdown_numbers
-from dnnvss.pages import document
+from dnnvss.pages import document, wide
 
 SHOWN = 200
 """Rows of a table, and lines of a list, that the page shows; the JSON has all."""
@@ -98,8 +98,8 @@ def _table(table: Table) -> str:
     rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
                    for row in table.rows[:SHOWN])
     notes = "".join(f'<p class="note">{html.escape(note)}</p>' for note in (*_more(table.rows), *table.notes))
-    return (f'<h2>{html.escape(table.title)}</h2><div class="scroll"><table><thead><tr>{head}</tr></thead>'
-            f"<tbody>{rows}</tbody></table></div>{notes}")
+    own = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+    return f"<h2>{html.escape(table.title)}</h2>{wide(own, table.title)}{notes}"
 
 
 def _people(result: Analysis) -> str:

@@ -3,7 +3,7 @@
 const COLOURS = ["#ff6b6b", "#ffb454", "#6fc3ff", "#8be28b", "#d59cff", "#ff9ecb", "#5fe0d0", "#e8e26a", "#b0bccb", "#f2a07b"];
 const $ = id => document.getElementById(id);
 const view = $("view");
-let sheet, now = 0, points = [], saved = "", guessed = false, asked = false, past = [], future = [], chosen = -1, mode = "point", hidden = new Set();
+let sheet, now = 0, points = [], saved = "[]", guessed = false, asked = false, past = [], future = [], chosen = -1, mode = "point", hidden = new Set();
 let box = {x: 0, y: 0, width: 1, height: 1}, picture = {width: 1, height: 1};
 
 const ask = async (path, body) => {
@@ -196,6 +196,14 @@ const copy = guarded(async () => {
   remember(); points = before; fit(); say(`points of ${sheet.labels[now - 1].image}`);
 });
 
+// The next point that is shown, or the one before it.
+function along(step) {
+  const shown = points.map((_, i) => i).filter(i => !hidden.has(sheet.groups[groupOf(i)].name)), at = shown.indexOf(chosen);
+  if (!shown.length) return;
+  chosen = shown[at < 0 ? (step > 0 ? 0 : shown.length - 1) : (at + step + shown.length) % shown.length];
+  draw();
+}
+
 function setMode(name) {
   mode = name;
   document.querySelectorAll("[data-mode]").forEach(b => { b.setAttribute("role", "radio"); b.setAttribute("aria-checked", b.dataset.mode === mode); });
@@ -206,6 +214,7 @@ const CLICKS = {
   previous: () => go(now - 1), next: () => go(now + 1), save: guarded(() => save()), finish: () => go(now + 1, true),
 };
 const KEYS = {z: "undo", y: "redo", c: "copy", f: "fit", "+": "in", "-": "out", p: "previous", n: "next", s: "save", enter: "finish"};
+const ALONG = {".": 1, ",": -1};
 const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 const MODES = {1: "point", 2: "group", 3: "shape"};
 
@@ -214,6 +223,7 @@ addEventListener("keydown", event => {
   if (event.altKey || (event.key === "Enter" && event.target.tagName === "BUTTON")) return;
   const arrow = ARROWS[event.key], action = KEYS[event.key.toLowerCase()];
   if (arrow && chosen >= 0) { event.preventDefault(); const step = event.shiftKey ? 1 : 0.25; nudge(step * arrow[0], step * arrow[1]); }
+  else if (ALONG[event.key]) along(ALONG[event.key]);
   else if (MODES[event.key]) setMode(MODES[event.key]);
   else if (action && (!(event.ctrlKey || event.metaKey) || "zy".includes(event.key))) { event.preventDefault(); $(action).click(); }
 });

@@ -1,0 +1,44 @@
+"""Results: what finished runs are worth, and comparisons of them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from dnnvss.records import read_value
+from dnnvss.runs.files import RunFiles
+from dnnvss.studio.areas.area import Area, Item, Link
+from dnnvss.studio.areas.documents import documents, there
+from dnnvss.studio.areas.places import Thing, found
+from dnnvss.studio.areas.training import FINISHED, latest
+from dnnvss.studio.page import Page
+
+_MARK, _COMPARISON = "metrics.json", "evaluation.html"
+_OWN = (Link("Verdict", "verdict.html"), Link("All metrics", "metrics.md", "text"),
+        Link("Comparison", "evaluation/evaluation.html"), Link("A test sentence", "sample.mp4", "film"))
+_BESIDE = (Link("Comparison", _COMPARISON), Link("Its tables", "evaluation.md", "text"))
+_ALLOWED = (*(link.path for link in (*_OWN, *_BESIDE)), "videos/*.mp4")
+
+
+def results(runs: Sequence[Path], folders: Sequence[Path]) -> Area:
+    """The area of the finished runs and of the comparisons in some folders."""
+    return Area(
+        "results", "Results",
+        "The verdict says in five lines what a run is worth; a comparison shows runs beside each other, face by face.",
+        {"Compare runs": "dnnvss compare RUN RUN"},
+        lambda: [*latest(found(runs, (_MARK,), deep=1)), *found(folders, (_COMPARISON,))], _item, _page)
+
+
+def _item(thing: Thing) -> Item:
+    places = RunFiles(thing.folder)
+    if not places.finished:
+        links = tuple(link for link in _BESIDE if there(thing.folder, (link.path,)))
+        return Item(thing.name, thing.name, str(thing.folder), {}, links, "comparison")
+    headline = read_value(places.metrics, "headline", float, "Train the run anew: overwrite=true")
+    films = tuple(Link(f"Sentence {path.stem}", f"videos/{path.name}", "film")
+                  for path in sorted((thing.folder / "videos").glob("*.mp4"))[:6])
+    own = tuple(link for link in _OWN if there(thing.folder, (link.path,)))
+    return Item(thing.name, thing.name, str(thing.folder), {"correlation on the test split": f"{headline:.3f}"},
+                (*own, *films), FINISHED)
+
+
+def _page(thing: Thing) -> Page:
+    return documents(thing.folder, _ALLOWED)
