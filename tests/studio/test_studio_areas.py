@@ -14,6 +14,7 @@ from tensorboard.summary.writer.record_writer import RecordWriter
 
 from dnnvss.errors import DnnvssError
 from dnnvss.pages import document, only
+from dnnvss.staging import locked
 from dnnvss.studio.areas import with_areas
 from dnnvss.studio.areas.curves import POINTS, EventFile, FitCurves
 from dnnvss.studio.areas.documents import document as served_document
@@ -21,7 +22,6 @@ from dnnvss.studio.areas.places import found
 from dnnvss.studio.areas.training import RUNNING, STOPPED, state_of
 from dnnvss.studio.page import Content, Page, Route
 from dnnvss.studio.server import Server
-from dnnvss.staging import locked
 
 
 def touch(path: Path, text: str = "") -> Path:
@@ -52,8 +52,8 @@ def test_names_tell_things_apart_and_are_never_paths(tmp_path: Path) -> None:
     assert not any(set(name) & set("<>/'") for name in names)
 
 
-@pytest.mark.parametrize("name", ["../secret.txt", "videos/../../secret.txt", "secret.txt", "videos/a.txt", "linked.html",
-                                  "videos/deep/a.mp4", "videos", "/etc/passwd", ""])
+@pytest.mark.parametrize("name", ["../secret.txt", "videos/../../secret.txt", "secret.txt", "videos/a.txt",
+                                  "linked.html", "videos/deep/a.mp4", "videos", "/etc/passwd", ""])
 def test_only_the_files_of_a_thing_are_served(tmp_path: Path, name: str) -> None:
     touch(tmp_path / "secret.txt", "secret")
     touch(tmp_path / "run" / "secret.txt")
@@ -173,9 +173,10 @@ def test_a_page_out_of_a_folder_runs_no_script_of_its_own(served: str) -> None:
     assert "script-src 'sha256-" in policy and "default-src 'none'" in policy and "sandbox" in policy
 
 
-@pytest.mark.parametrize("path", ["results/one/config.yaml", "results/one/%2e%2e%2fodd%2fmetrics.json", "results/none/x",
-                                  "results/one/", "training/one/picture?step=x", "results/..%2fdata/x",
-                                  "training/one/picture?step=1&fit=..%2f..", "labelling/one/labels", "results/one/run.json"])
+@pytest.mark.parametrize("path", ["results/one/config.yaml", "results/one/%2e%2e%2fodd%2fmetrics.json",
+                                  "results/none/x", "results/one/", "training/one/picture?step=x",
+                                  "results/..%2fdata/x", "training/one/picture?step=1&fit=..%2f..",
+                                  "labelling/one/labels", "results/one/run.json"])
 def test_what_no_area_has_is_refused_in_words(served: str, path: str) -> None:
     status, body, _ = ask(served + path)
     assert status in (400, 404) and "error" in json.loads(body) and b"Traceback" not in body
