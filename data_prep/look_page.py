@@ -139,7 +139,7 @@ def _left_out(look: Look) -> str:
     more = f'<p class="note">and {len(dropped) - _SHOWN} more</p>' if len(dropped) > _SHOWN else ""
     table = ('<table class="told"><thead><tr><th>recording</th><th>why</th></tr></thead>'
              f"<tbody>{rows}</tbody></table>")
-    return f"<h2>What will be dropped</h2>{wide(table, 'What will be dropped')}{more}"
+    return f"<h2>What will be dropped</h2>{wide(table, 'Recordings and reasons')}{more}"
 
 
 def _sounds(look: Look) -> str:
