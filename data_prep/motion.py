@@ -2,14 +2,14 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from data_prep.capture.stages import groups_of, repaired
+from data_prep.capture.stages import Done, groups_of, repaired
 from data_prep.folder import SOUNDS, written
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source, own_lexicon
@@ -99,45 +99,19 @@ def prepare_motion(
     Raises:
         DnnvssError: no take, markers and curves in one folder, a jig that is not seen, or nothing is left.
     """
-    shelf = Shelf(Path(raw))
-    takes = dict(reversed(list(shelf.of_kind(*reversed(KINDS)))))
-    takes = {i: path for i, path in takes.items() if _is_take(path)}
-    if not takes:
-        raise DnnvssError(
-            "holds no take", file=shelf.root, remedy=f"Put takes there: {' '.join(KINDS)}"
-        )
-    shop = Workshop(Path(out), jobs, backend, strict)
-    given = None if rate is None else str(FrameClock(rate).rate)
-    read = shop.run(
-        _READ, read_take, {i: {"path": path, "rate": given} for i, path in takes.items()}, VERSION
-    )
-    problems = {i: str(r["dropped"]) for i, r in read.items() if "dropped" in r}
-    known = {
-        i: Taken(**{**r, "names": tuple(r["names"])}) for i, r in read.items() if i not in problems
-    }
-    usual, odd = _common(known, shelf.root)
-    problems |= odd
-    good = {i: take for i, take in known.items() if i not in problems}
-    notes: dict[str, list[str]] = {i: _lost(take) for i, take in good.items()}
-    marks = {i: shop.out / FOLDER / _READ / f"{i}.npz" for i in good}
+    shelf, shop = Shelf(Path(raw)), Workshop(Path(out), jobs, backend, strict)
+    session = _session(shelf, shop, rate)
+    usual, dimensions = session.usual, 1
     rows = {name: (k, k + 1) for k, name in enumerate(usual.names)}
     if usual.kind == "markers":
         settled = groups_of(usual.names, jig, groups)
-        done = repaired(shop, marks, settled, float(Fraction(usual.rate)), usual.names)
-        rows, marks = settled.rows, done.marks
-        problems |= done.problems
-        for i, told in done.notes.items():
-            notes[i] += told
-    dimensions = 3 if usual.kind == "markers" else 1
+        session = session.after(
+            repaired(shop, session.marks, settled, float(Fraction(usual.rate)))
+        )
+        rows, dimensions = settled.rows, 3
     info = CorpusInfo(
         name, (0, 0), usual.rate, rows, variant, credit, dimensions, UNITS[dimensions]
     )
-    sources = [
-        Source(i, problem=problems[i])
-        if i in problems
-        else _source(shelf, shop, i, marks[i], variant, notes[i])
-        for i in sorted(takes)
-    ]
     recipe = Recipe(
         info,
         read_splits(shelf.root / "splits"),
@@ -147,7 +121,61 @@ def prepare_motion(
         lexicon=own_lexicon(lexicon),
         speech_valid=0.5,
     )
-    return prepare(sources, recipe, shop)
+    return prepare(_sources(session, shelf, shop, variant), recipe, shop)
+
+
+@dataclass(frozen=True)
+class _Session:
+    """The takes of a folder.
+
+    Args:
+        usual: what most are like.
+        marks: id to the points of each that can be used.
+        notes: id to what is told of it.
+        problems: id to why a take cannot be used.
+    """
+
+    usual: Taken
+    marks: dict[str, Path]
+    notes: dict[str, list[str]]
+    problems: dict[str, str]
+
+    def after(self, done: Done) -> "_Session":
+        """The same session, repaired."""
+        notes = {i: [*told, *done.notes.get(i, ())] for i, told in self.notes.items()}
+        return replace(self, marks=done.marks, notes=notes, problems=self.problems | done.problems)
+
+
+def _session(shelf: Shelf, shop: Workshop, rate: int | float | str | None) -> _Session:
+    """The takes of a folder, read."""
+    takes = dict(reversed(list(shelf.of_kind(*reversed(KINDS)))))
+    takes = {i: path for i, path in takes.items() if _is_take(path)}
+    if not takes:
+        raise DnnvssError(
+            "holds no take", file=shelf.root, remedy=f"Put takes there: {' '.join(KINDS)}"
+        )
+    given = None if rate is None else str(FrameClock(rate).rate)
+    read = shop.run(
+        _READ, read_take, {i: {"path": path, "rate": given} for i, path in takes.items()}, VERSION
+    )
+    problems = {i: str(r["dropped"]) for i, r in read.items() if "dropped" in r}
+    known = {
+        i: Taken(**{**r, "names": tuple(r["names"])}) for i, r in read.items() if i not in problems
+    }
+    usual, odd = _common(known, shelf.root)
+    good = [i for i in known if i not in odd]
+    marks = {i: shop.out / FOLDER / _READ / f"{i}.npz" for i in good}
+    return _Session(usual, marks, {i: _lost(known[i]) for i in good}, problems | odd)
+
+
+def _sources(session: _Session, shelf: Shelf, shop: Workshop, variant: str) -> list[Source]:
+    """Every take with its sound and words, or why it cannot be used."""
+    return [
+        Source(i, problem=session.problems[i])
+        if i in session.problems
+        else _source(shelf, shop, i, session.marks[i], variant, session.notes[i])
+        for i in sorted(session.notes.keys() | session.problems)
+    ]
 
 
 def _is_take(path: Path) -> bool:

@@ -121,7 +121,6 @@ def repaired(
     takes: Mapping[str, Path],
     groups: MarkerGroups,
     rate: float,
-    names: Sequence[str],
 ) -> Done:
     """The takes of a session, repaired.
 
@@ -130,13 +129,40 @@ def repaired(
         takes: id to what was read.
         groups: of the markers.
         rate: frames a second of all takes.
-        names: of the markers, as in the takes.
 
     Raises:
         DnnvssError: the jig is never seen whole, or a marker is never seen.
     """
-    home = shop.out / FOLDER
-    samples = [_sampled(path, _SAMPLE) for path in takes.values()]
+    common = _what_is_common(shop.out / FOLDER, takes.values(), groups)
+    names = list(groups.order)
+    columns = {"face": list(groups.face), "jig": list(groups.jig)}
+    shared = {"common": common, "rate": rate, "names": names}
+    first = shop.run(
+        _SETTLED, settle, {i: {"path": path, **columns, **shared} for i, path in takes.items()}, VERSION
+    )
+    settled_ones = {i: shop.out / FOLDER / _SETTLED / f"{i}.npz" for i in takes if "dropped" not in first[i]}
+    second = {}
+    if settled_ones:
+        usual = _what_is_usual(shop.out / FOLDER, settled_ones.values(), len(groups.face))
+        tasks = {i: {"path": path, "usual": usual, **shared} for i, path in settled_ones.items()}
+        second = shop.run(_WHOLE, make_whole, tasks, VERSION)
+    told = {i: {**first[i], **own} for i, own in second.items() if "dropped" not in own}
+    for i, own in told.items():
+        files.write_json(shop.out / REPAIRS / f"{i}.json", own)
+    return Done(
+        {i: shop.out / FOLDER / _WHOLE / f"{i}.npz" for i in told},
+        {i: [summed(own)] for i, own in told.items()},
+        {i: str(r["dropped"]) for i, r in (first | second).items() if "dropped" in r},
+    )
+
+
+def _what_is_common(home: Path, takes: Iterable[Path], groups: MarkerGroups) -> Path:
+    """The file with the jig, and with the usual place of each marker of the face beside it.
+
+    Raises:
+        DnnvssError: the jig is never seen whole, or a marker is never seen.
+    """
+    samples = [_sampled(path, _SAMPLE) for path in takes]
     jig = jig_of([s[:, list(groups.jig)] for s in samples])
     places = usual_places(_stilled(samples, groups, jig))
     if never := [
@@ -146,50 +172,13 @@ def repaired(
             f"the marker {never[0]!r} is missing in all takes",
             remedy="Leave it out of corpus.importer.groups, or label it in the takes",
         )
-    common = _kept(home / "session.npz", jig=jig, rest=places)
-    tasks = {
-        i: {
-            "path": path,
-            "common": common,
-            "face": list(groups.face),
-            "jig": list(groups.jig),
-            "rate": rate,
-            "names": list(groups.order),
-        }
-        for i, path in takes.items()
-    }
-    first = shop.run(_SETTLED, settle, tasks, VERSION)
-    problems = {i: str(r["dropped"]) for i, r in first.items() if "dropped" in r}
-    alive = [i for i in takes if i not in problems]
-    if not alive:
-        return Done({}, {}, problems)
-    usual = learn_usual(
-        [
-            _sampled(home / _SETTLED / f"{i}.npz", _SHARE).reshape(-1, 3 * len(groups.face))
-            for i in alive
-        ]
-    )
-    learnt = _kept(home / "usual.npz", mean=usual.mean, modes=usual.modes, own=usual.own)
-    more = {
-        i: {
-            "path": home / _SETTLED / f"{i}.npz",
-            "usual": learnt,
-            "common": common,
-            "rate": rate,
-            "names": list(groups.order),
-        }
-        for i in alive
-    }
-    second = shop.run(_WHOLE, make_whole, more, VERSION)
-    problems |= {i: str(r["dropped"]) for i, r in second.items() if "dropped" in r}
-    kept = [i for i in alive if i not in problems]
-    for i in kept:
-        files.write_json(shop.out / REPAIRS / f"{i}.json", {**first[i], **second[i]})
-    return Done(
-        {i: home / _WHOLE / f"{i}.npz" for i in kept},
-        {i: [summed({**first[i], **second[i]})] for i in kept},
-        problems,
-    )
+    return _kept(home / "session.npz", jig=jig, rest=places)
+
+
+def _what_is_usual(home: Path, takes: Iterable[Path], markers: int) -> Path:
+    """The file with how the markers of all takes move together."""
+    usual = learn_usual([_sampled(path, _SHARE).reshape(-1, 3 * markers) for path in takes])
+    return _kept(home / "usual.npz", mean=usual.mean, modes=usual.modes, own=usual.own)
 
 
 def settle(
