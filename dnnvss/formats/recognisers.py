@@ -95,8 +95,8 @@ def _azure(data: Any) -> Iterator[Row]:
         low = _lowered(phrase)
         best = _lowered(low["nbest"][0])
         for word in map(_lowered, best.get("words") or [{**low, "word": best["display"]}]):
-            start = float(word.get("offsetinticks", word.get("offset")))
-            length = float(word.get("durationinticks", word.get("duration")))
+            start = float(word["offsetinticks"] if "offsetinticks" in word else word["offset"])
+            length = float(word["durationinticks"] if "durationinticks" in word else word["duration"])
             yield start, start + length, word["word"], _TICKS
 
 

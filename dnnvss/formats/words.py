@@ -31,16 +31,17 @@ class Columns(NamedTuple):
     """Where a table of times has what; None where it has not.
 
     Args:
-        start, end, duration, word, kind: columns, from 0.
+        start, last, word, kind: columns, from 0.
+        lasts: whether ``last`` is a duration and not an end.
         unit: seconds of the unit of times.
         headed: the first line names them.
     """
 
     start: int
-    end: int | None
-    duration: int | None
+    last: int
     word: int
     kind: int | None
+    lasts: bool = False
     unit: float = 1.0
     headed: bool = True
 
@@ -54,15 +55,16 @@ def columns_of(row: Sequence[str]) -> Columns | None:
     bare = [_UNIT.sub("", name).strip().replace(" ", "_") for name in plain]
     at = {what: next((bare.index(n) for n in names if n in bare), None) for what, names in _NAMES.items()}
     start, word = at["start"], at["word"]
-    if start is not None and word is not None and (at["end"], at["duration"]) != (None, None):
+    lasts = at["end"] is None
+    last = at["duration"] if lasts else at["end"]
+    if start is not None and word is not None and last is not None:
         unit = _UNIT.search(plain[start])
-        return Columns(start, at["end"], at["duration"], word, at["kind"],
-                       0.001 if unit and unit[1].startswith("m") else 1.0)
+        return Columns(start, last, word, at["kind"], lasts, 0.001 if unit and unit[1].startswith("m") else 1.0)
     try:
         timed = len(row) == 3 and _clock(row[0], _plain) <= _clock(row[1], _plain) and not _is_number(row[2])
     except ValueError:
         timed = False
-    return Columns(0, 1, None, 2, None, headed=False) if timed else None
+    return Columns(0, 1, 2, None, headed=False) if timed else None
 
 
 def _plain(text: str) -> float:
@@ -141,8 +143,8 @@ def _segments(path: Path, rows: Rows, columns: Columns, number: Callable[[str], 
 def _segment(path: Path, place: int, row: Sequence[str], columns: Columns, number: Callable[[str], float]) -> Segment:
     try:
         start = _clock(row[columns.start], number) * columns.unit
-        last = _clock(row[columns.duration if columns.end is None else columns.end], number) * columns.unit
-        end = start + last if columns.end is None else last
+        last = _clock(row[columns.last], number) * columns.unit
+        end = start + last if columns.lasts else last
         return Tier("words", [(start, end, row[columns.word])])[0]
     except (ValueError, IndexError, DnnvssError) as error:
         why = error.problem if isinstance(error, DnnvssError) else f"{','.join(row)!r} is not START,END,WORD"

@@ -113,9 +113,10 @@ def learn(features: Sequence[np.ndarray], states: Sequence[np.ndarray], phones: 
             weight[q, k] = np.log(len(cell) / max(len(own), len(cell))) - 0.5 * np.log(2 * np.pi * spread).sum()
     visits = sum(np.bincount(s[np.concatenate([[True], s[1:] != s[:-1]])], minlength=count) for s in states)
     length = np.maximum(np.bincount(owner, minlength=count) / np.maximum(visits, 1), 1.05)
-    as32 = (np.asarray(a, np.float32) for a in (mean, precision, weight, np.log(1 - 1 / length), np.log(1 / length)))
+    stay, go = np.log(1 - 1 / length), np.log(1 / length)
+    mean, precision, weight, stay, go = (np.asarray(a, np.float32) for a in (mean, precision, weight, stay, go))
     limits = longest([_runs(s, phones) for s in states])
-    return Voice(phones, *as32, np.array([limit_of(phone, limits) for phone in phones]))
+    return Voice(phones, mean, precision, weight, stay, go, np.array([limit_of(phone, limits) for phone in phones]))
 
 
 def _runs(states: np.ndarray, phones: Phones) -> list[Run]:
