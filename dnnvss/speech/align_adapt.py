@@ -9,6 +9,7 @@ Boundaries become consistent from clip to clip, which is what a model that learn
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice, pairwise, product
 from pathlib import Path
 
@@ -113,10 +114,10 @@ def learn(features: Sequence[np.ndarray], states: Sequence[np.ndarray], phones: 
             weight[q, k] = np.log(len(cell) / max(len(own), len(cell))) - 0.5 * np.log(2 * np.pi * spread).sum()
     visits = sum(np.bincount(s[np.concatenate([[True], s[1:] != s[:-1]])], minlength=count) for s in states)
     length = np.maximum(np.bincount(owner, minlength=count) / np.maximum(visits, 1), 1.05)
-    stay, go = np.log(1 - 1 / length), np.log(1 / length)
-    mean, precision, weight, stay, go = (np.asarray(a, np.float32) for a in (mean, precision, weight, stay, go))
     limits = longest([_runs(s, phones) for s in states])
-    return Voice(phones, mean, precision, weight, stay, go, np.array([limit_of(phone, limits) for phone in phones]))
+    single = partial(np.asarray, dtype=np.float32)
+    return Voice(phones, single(mean), single(precision), single(weight), single(np.log(1 - 1 / length)),
+                 single(np.log(1 / length)), np.array([limit_of(phone, limits) for phone in phones]))
 
 
 def _runs(states: np.ndarray, phones: Phones) -> list[Run]:
