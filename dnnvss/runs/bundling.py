@@ -81,6 +81,5 @@ def _refuse_other(places: RunFiles) -> None:
 
 def _copied(run: Run) -> list[Path]:
     """What a bundle takes from its run as it is; a face without texture is drawn into nothing."""
-    picture = [run.files.picture] if run.files.picture.is_file() else []
-    heard = [run.files.heard] if run.files.heard.is_file() else []
-    return [*run.files.needed, *picture, *heard]
+    optional = (run.files.picture, run.files.life, run.files.heard)
+    return [*run.files.needed, *(path for path in optional if path.is_file())]

@@ -85,6 +85,11 @@ class RunFiles:
         return self.folder / "neutral.npz"
 
     @property
+    def life(self) -> Path:
+        """How the talker's eyes and head move beside speech, where the face has a picture and landmarks of eyes."""
+        return self.folder / "life.npz"
+
+    @property
     def talker(self) -> Path:
         """What styles know of the talker's movement."""
         return self.folder / "talker.npz"
@@ -194,7 +199,7 @@ class RunFiles:
     @property
     def members(self) -> tuple[Path, ...]:
         """What synthesis may read of a bundle, beside the model."""
-        return *self.needed, self.picture, self.bundled_units, self.heard
+        return *self.needed, self.picture, self.life, self.bundled_units, self.heard
 
     @property
     def finished(self) -> bool:

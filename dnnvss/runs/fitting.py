@@ -11,6 +11,7 @@ from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import FACE, EncodedCorpus, encode_corpus
 from dnnvss.processes import parallel
+from dnnvss.render.living import kept_life
 from dnnvss.render.pictures import keep_ground
 from dnnvss.runs.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.runs.files import RunFiles
@@ -181,6 +182,9 @@ def _keep_talker(material: Material, places: RunFiles) -> None:
     with files.replacing(places.face) as temporary:
         shutil.copyfile(encoded.folder / FACE, temporary)
     keep_ground(corpus, encoded, places.picture)
+    if life := kept_life(corpus, encoded):
+        with files.replacing(places.life) as temporary:
+            shutil.copyfile(life, temporary)
     durations, voice = DurationModel.fit(train), Voice.of(train, corpus.info)
     for other in source_files(material.settings):
         durations = durations.borrowing(DurationModel.load(other.durations))

@@ -13,7 +13,9 @@ from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face
 from dnnvss.face.kinds import load_face
+from dnnvss.life import Life
 from dnnvss.media import Sound
+from dnnvss.render.living import LivingPicture, living_picture
 from dnnvss.render.pictures import Pictures, open_pictures
 from dnnvss.runs.bundle import BundleIndex, is_bundle
 from dnnvss.runs.files import Provenance, RunFiles
@@ -92,6 +94,25 @@ class Run:
     def _pictures(self) -> Pictures:
         """Those of the usual size, made once for all that is said: they hold no more than what is drawn with."""
         return open_pictures(self.face, self.files.picture)
+
+    @cached_property
+    def life(self) -> Life | None:
+        """How the talker's eyes and head move beside speech; None where that was not learnt."""
+        return Life.load(self.files.life) if self.files.life.is_file() else None
+
+    def living(self, scale: float = 1.0) -> LivingPicture | None:
+        """What draws the talker's life over the face's pictures, None where none was learnt.
+
+        Args:
+            scale: as for :meth:`pictures`.
+        """
+        if self.life is None:
+            return None
+        return self._living if scale == 1 else living_picture(self.face, self.files.picture, self.life, scale)
+
+    @cached_property
+    def _living(self) -> LivingPicture | None:
+        return None if self.life is None else living_picture(self.face, self.files.picture, self.life)
 
     @cached_property
     def generator(self) -> Generator:

@@ -31,6 +31,9 @@ class Dials:
         within: whether coefficients and gauges stay within what the talker showed, with a dial above 1 in as many
             times that range; keys are obeyed beyond it.
         anticipation, release: seconds of silence before and after speech in which the face is left free.
+        life: how far eyes, brows and head move beside speech, and how often the eyes blink: 0 not at all, 1 as the
+            talker's do. It is drawn over the pictures and changes no parameter.
+        seed: of the chance by which they do.
 
     Raises:
         DnnvssError: a dial or a time that is negative or not a number.
@@ -44,6 +47,8 @@ class Dials:
     within: bool = False
     anticipation: float = setting(0.15, least=0)
     release: float = setting(0.15, least=0)
+    life: float = setting(0.0, least=0, most=1)
+    seed: int = setting(0, least=0)
 
     def __post_init__(self) -> None:
         check_settings(self, "style")

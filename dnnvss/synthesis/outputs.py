@@ -114,5 +114,15 @@ def report(spoken: Spoken, **about: Any) -> dict[str, Any]:
              **({} if spoken.unfamiliar is None else {"unseen_triphones": round(spoken.unfamiliar, 3)}),
              "spans": [span.to_json() for span in spoken.risks]}
     return {"run": str(run.folder), "text": plan.text, **{k: v for k, v in optional.items() if v},
-            "replaced_phones": dict(spoken.stand_ins), "risks": risks, **about, "model": dict(spoken.report),
-            "credit": run.voice.credit, **({"face": lacks} if lacks else {}), **spoken.stage.notes}
+            "replaced_phones": dict(spoken.stand_ins), "risks": risks, **about, **_life(spoken),
+            "model": dict(spoken.report), "credit": run.voice.credit, **({"face": lacks} if lacks else {}),
+            **spoken.stage.notes}
+
+
+def _life(spoken: Spoken) -> dict[str, Any]:
+    """How far eyes and head live, by which seed, and when the eyes blink, where they do."""
+    if spoken.moves is None:
+        return {}
+    style, rate = spoken.request.style, float(spoken.stage.clock.rate)
+    blinks = [round(float(frame) / rate, 3) for frame in spoken.moves.blinks]
+    return {"life": {"share": style.life, "seed": style.seed, "blinks": blinks}}

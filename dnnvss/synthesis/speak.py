@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -10,7 +11,8 @@ import numpy as np
 from dnnvss.corpus import Utterance
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
-from dnnvss.face.base import Gauge
+from dnnvss.face.base import Gauge, Textured
+from dnnvss.life import Moves, draw_moves, speech_contexts
 from dnnvss.phones import SILENCES, nearest
 from dnnvss.runs.run import Run
 from dnnvss.style import Key, sample_keys
@@ -68,7 +70,8 @@ class Spoken:
     @cached_property
     def stage(self) -> Stage:
         """Where the face is drawn."""
-        made = open_stage(self.run, self.request.scene, len(self.movement) / float(self.clock.rate))
+        seconds, life = len(self.movement) / float(self.clock.rate), self.request.style.life > 0
+        made = open_stage(self.run, self.request.scene, seconds, life)
         return replace(made, phones=self.plan.phones)
 
     @cached_property
@@ -82,9 +85,29 @@ class Spoken:
         for start in range(0, len(self.trajectory), part):
             yield self.stage.pictures.points_in_image(self.trajectory[start : start + part])
 
-    def frames(self) -> Iterator[np.ndarray]:
-        """Yield the pictures of the video, uint8 RGB (H, W_, 3)."""
-        return self.stage.frames(self.shown)
+    @cached_property
+    def moves(self) -> Moves | None:
+        """How eyes and head move, a row for each picture of the video; None where they do not."""
+        life, style = self.run.life, self.request.style
+        if self.stage.living is None or life is None:
+            return None
+        clock, tiers = FrameClock(Fraction(life.tracks.rate).limit_denominator(1001)), self.plan.alignment
+        frames = max(1, clock.edge(len(self.movement) / float(self.clock.rate)))
+        context = speech_contexts(tiers, self.plan.text, clock, frames)
+        return draw_moves(life, context, style.seed, style.life).at(clock, self.stage.clock, len(self.shown))
+
+    def frames(self, part: slice = slice(None), views: tuple[str, ...] | None = None) -> Iterator[np.ndarray]:
+        """Yield the pictures of the video, uint8 RGB (H, W_, 3).
+
+        Args:
+            part: of the video, whose pictures are wanted.
+            views: what is seen; what was asked for where None.
+
+        Raises:
+            DnnvssError: faces of this kind have no such view.
+        """
+        stage = replace(self.stage, views=views) if views else self.stage
+        return stage.frames(self.shown[part], self.moves.part(part) if self.moves else None)
 
     def curves(self) -> dict[str, np.ndarray]:
         """The face's gauges and coefficients by name (F,), a value for each picture of the video."""
@@ -124,6 +147,8 @@ class Spoken:
         lines = [f"speech: {engine}"] if engine else []
         if not self.plan.phones and (asked := [n for n in OF_PHONES if getattr(self.request.style, n)]):
             lines += [f"a voice alone tells no phones: style.{name} has no effect" for name in asked]
+        if self.request.style.life and self.run.life is None and isinstance(self.run.face, Textured):
+            lines += ["the run did not learn how eyes and head move: style.life has no effect"]
         lines += [f"the talker never spoke {p}: {other} stands in for it" for p, other in self.stand_ins.items()]
         lines += [f"the talker never spoke {p}: it is borrowed from other talkers" for p in self._borrowed]
         lines += [f"dynamic visemes: {self.visemes}"] if self.visemes else []

@@ -9,7 +9,9 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh.tongue import tongue_curves
+from dnnvss.life import Moves
 from dnnvss.render import Footage, revoicer, walk
+from dnnvss.render.living import LivingPicture
 from dnnvss.render.pictures import Pictures
 from dnnvss.runs.run import Run
 from dnnvss.synthesis.head import HEAD_VIEW, can_show_head, head_pictures
@@ -30,6 +32,7 @@ class Stage:
         remarks: what the user is told about it.
         pixel: width of a pixel of the pictures over its height.
         phones: what is said, where it is known; the tongue of the head follows them.
+        living: what draws eyes and head that move, where the face is drawn into the run's own picture.
     """
 
     run: Run
@@ -40,6 +43,7 @@ class Stage:
     remarks: tuple[str, ...] = ()
     pixel: Fraction = Fraction(1)
     phones: Tier | None = None
+    living: LivingPicture | None = None
 
     def __post_init__(self) -> None:
         known = (*self.pictures.views, *((HEAD_VIEW,) if can_show_head(self.run) else ()))
@@ -47,34 +51,42 @@ class Stage:
             raise DnnvssError(f"render: this kind of face has no view {unknown[0]!r}",
                               remedy=f"Use some of {', '.join(known)}, joined by +")
 
-    def frames(self, parameters: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D) at the video's rate."""
+    def frames(self, parameters: np.ndarray, moves: Moves | None = None) -> Iterator[np.ndarray]:
+        """Yield a picture, uint8 RGB (H, W_, 3), for each row of parameters (T, D) at the video's rate.
+
+        Args:
+            parameters: of the face.
+            moves: of eyes and head, a row each, which the view ``face`` shows; none where None.
+        """
         from dnnvss.render.side_by_side import side_by_side
 
-        shown = [self._view(view, parameters) for view in self.views]
+        shown = [self._view(view, parameters, moves) for view in self.views]
         return shown[0] if len(shown) == 1 else side_by_side(*shown, captions=list(self.views))
 
-    def _view(self, name: str, parameters: np.ndarray) -> Iterator[np.ndarray]:
+    def _view(self, name: str, parameters: np.ndarray, moves: Moves | None) -> Iterator[np.ndarray]:
         if name == HEAD_VIEW:
             tongue = tongue_curves(self.phones, self.clock, len(parameters)) if self.phones else {}
             return head_pictures(self.run, parameters, self.pictures.size[1], tongue)
-        return self.pictures.view(name, parameters)
+        pictures = self.pictures.view(name, parameters)
+        return self.living.over(pictures, moves) if name == "face" and self.living and moves else pictures
 
 
-def open_stage(run: Run, scene: Scene, seconds: float) -> Stage:
+def open_stage(run: Run, scene: Scene, seconds: float, life: bool = False) -> Stage:
     """Where a scene wants the face drawn.
 
     Args:
         run: the run.
         scene: what is asked for.
         seconds: how long the speech lasts.
+        life: whether eyes and head move, where the run knows how.
 
     Raises:
         DnnvssError: the scale is not positive, or the footage was encoded with another face.
     """
     if scene.footage is None:
         clock = scene.rate or FrameClock(run.voice.rate)
-        return Stage(run, run.pictures(scene.scale), clock, scene.views)
+        living = run.living(scene.scale) if life else None
+        return Stage(run, run.pictures(scene.scale), clock, scene.views, living=living)
     return _in_footage(run, scene, scene.footage, seconds)
 
 

@@ -57,7 +57,8 @@ def judge(folder: Path, landmarker: Landmarker, *, count: int = 20, seed: int = 
         raise DnnvssError("none of its test sentences has a video", file=folder, remedy="Judge a run of filmed speech")
     style = make_style(run.settings.style, run.face)
     watched = counted(filmed, "watching sentences", unit="sentence", disable=not progress)
-    seen = [_watch(run, corpus, utterance, style, landmarker) for utterance in watched]
+    still = replace(style, life=0.0)  # lips are judged, not what moves them with the head
+    seen = [_watch(run, corpus, utterance, still, landmarker) for utterance in watched]
     return score_all(seen, run.settings.style.name)
 
 

@@ -16,7 +16,7 @@ def command_line(saying: Saying, spoken: Spoken) -> str:
     words += [TAKEN["sound"]] if saying.sound else []
     words += [TAKEN["alignment"]] if saying.alignment else []
     words += [f"style={saying.style}"]
-    for name in ("articulation", "closures", "contacts", "rest"):
+    for name in ("articulation", "closures", "contacts", "rest", "life", "seed"):
         if (value := getattr(saying, name)) is not None:
             words.append(f"style.{name}={str(value).lower()}")
     plain = {"speed": 1.0, "anticipation": 0.0, "rate": None}

@@ -47,6 +47,8 @@ class Change:
     closures: bool | None = setting(None, doc="lips close on p, b and m")
     contacts: bool | None = setting(None, doc="the lower lip reaches the teeth on f and v")
     rest: bool | None = setting(None, doc="silence pulls the face to rest")
+    life: float | None = setting(None, least=0, most=1, doc="eyes, brows and head: 0 still, 1 as lively as the talker")
+    seed: int | None = setting(None, least=0, doc="of the chance by which they move")
     anticipation: float = setting(0.0, least=-5000, most=5000, doc="milliseconds by which the face is ahead")
     keys: tuple[KeyAsked, ...] = setting((), doc="values that curves are to take")
 

@@ -5,7 +5,7 @@ import threading
 import zipfile
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from secrets import token_urlsafe
@@ -74,9 +74,8 @@ class Take:
         """
         if not (0 <= first < self.frames and 1 <= count <= MOST_PICTURES):
             raise DnnvssError(f"there are pictures 0 to {self.frames - 1}, at most {MOST_PICTURES} at a time")
-        stage, parts = self.spoken.stage, []
-        stage = replace(stage, views=(view,)) if view else stage
-        for picture in stage.frames(self.spoken.shown[first:first + count]):
+        parts = []
+        for picture in self.spoken.frames(slice(first, first + count), (view,) if view else None):
             _, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
                                    [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
             parts += [len(data).to_bytes(4, "little"), data.tobytes()]

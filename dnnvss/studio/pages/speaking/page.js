@@ -5,7 +5,7 @@ import {Pictures, Player} from '/player.js';
 import {Timeline} from '/timeline.js';
 
 const $ = id => document.getElementById(id);
-const DIALS = {articulation: value => `${value.toFixed(2)} × the talker's`, speed: value => `${value.toFixed(2)} × the talker's`, anticipation: value => `${value} ms`};
+const DIALS = {articulation: value => `${value.toFixed(2)} × the talker's`, speed: value => `${value.toFixed(2)} × the talker's`, anticipation: value => `${value} ms`, life: value => value ? `${value.toFixed(2)} × the talker's` : 'still'};
 const SWITCHES = ['closures', 'contacts', 'rest'];
 const NEAR = 0.02;  // seconds for which a key holds, before and after it
 
@@ -19,6 +19,7 @@ const guarded = work => (...given) => Promise.resolve(work(...given)).catch(erro
 function how() {
   const asked = {style: $('style').value, anticipation: Number($('anticipation').value), keys: state.keys.map(({time, name, low}) =>
     ({time: Math.max(0, time - NEAR), name, low, high: low, end: time + NEAR}))};
+  asked.life = Number($('life').value);
   if (asked.style !== 'plain') {
     asked.articulation = Number($('articulation').value);
     for (const name of SWITCHES) asked[name] = $(name).checked;
