@@ -4,6 +4,7 @@ import codecs
 import errno
 import hashlib
 import json
+import mmap
 import os
 import re
 import tempfile
@@ -275,6 +276,23 @@ def mapped(parts: Iterable[np.ndarray], folder: str | Path) -> np.ndarray:
     except OSError as error:
         raise DnnvssError(f"cannot hold {rows} rows and more ({error.strerror or error})", file=Path(folder),
                           remedy="Free some space or choose another folder") from error
+
+
+def forget(array: np.ndarray) -> None:
+    """Give the memory of an array back that is mapped from a file (:func:`mapped`), or of a part of one.
+
+    What it holds stays in the file and comes back when it is looked at. Other arrays are left alone.
+    """
+    base: Any = array
+    while isinstance(base, np.ndarray):
+        base = base.base
+    if not isinstance(base, mmap.mmap) or not array.flags.c_contiguous or not hasattr(mmap, "MADV_DONTNEED"):
+        return
+    begin = array.ctypes.data - np.frombuffer(base, np.uint8).ctypes.data
+    first = -(-begin // mmap.PAGESIZE) * mmap.PAGESIZE  # pages that others share stay
+    length = (begin + array.nbytes) // mmap.PAGESIZE * mmap.PAGESIZE - first
+    if length > 0:
+        base.madvise(mmap.MADV_DONTNEED, first, length)
 
 
 def shared(parts: Sequence[np.ndarray]) -> np.ndarray | None:

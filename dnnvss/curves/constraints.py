@@ -143,9 +143,9 @@ def hold(
     low: float = -np.inf,
     high: float = np.inf,
     value: float | None = None,
-    softness: float = 0.0,
+    softness: float | np.ndarray = 0.0,
     stream: int = 0,
-    label: str = "",
+    label: str | Sequence[str] = "",
 ) -> Constraints:
     """Return constraints that keep ``x[t] . vector + constant`` between ``low`` and ``high`` at each of some frames.
 
@@ -154,9 +154,9 @@ def hold(
         vector, constant: the functional, (D,) and a number, e.g. a gauge of a face.
         low, high: the range, in the functional's unit.
         value: instead of a range, the value to hold.
-        softness: 0 holds it; a positive number in the functional's unit gives way.
+        softness: 0 holds it; a positive number in the functional's unit gives way; or one for each frame.
         stream: 0 for the trajectory itself, 1 for its delta (the constant then does not count).
-        label: a word for messages.
+        label: a word for messages, or one for each frame.
     """
     if value is not None:
         low = high = value
@@ -164,12 +164,12 @@ def hold(
     count = len(frames)
     return Constraints(
         frames=np.asarray(frames, dtype=np.int64).reshape(count),
-        vectors=np.tile(np.asarray(vector, dtype=float), (count, 1)),
+        vectors=np.broadcast_to(np.asarray(vector, dtype=float), (count, len(vector))),
         low=np.full(count, low - offset),
         high=np.full(count, high - offset),
-        softness=np.full(count, float(softness)),
+        softness=np.full(count, softness, float),
         streams=np.full(count, stream, dtype=np.int64),
-        labels=(label,) * count,
+        labels=(label,) * count if isinstance(label, str) else tuple(label),
     )
 
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-LONG = 60_000
-"""Frames up to which an utterance is worked on as a whole: ten minutes at a hundred a second."""
-_PASSAGE, _MARGIN = 30_000, 2_000
+LONG = 30_000
+"""Frames up to which an utterance is worked on as a whole: five minutes at a hundred a second."""
+_PASSAGE, _MARGIN = 12_000, 1_000
 """Frames of a passage, and of what is looked at on either side of it."""
 
 
@@ -31,6 +31,24 @@ def in_passages(frames: int, work: Callable[[slice], np.ndarray]) -> np.ndarray:
         out[first:last] = rows
     assert out is not None
     return out
+
+
+def rewritten(rows: np.ndarray, work: Callable[[slice, np.ndarray], np.ndarray]) -> np.ndarray:
+    """What ``work`` makes of rows (T, ...), in passages and in place where there are more than :data:`LONG`.
+
+    Args:
+        rows: an array of the caller's own; not to be used afterwards.
+        work: gives the new rows of a slice of the frames, a passage with its margins, from the rows as they were.
+    """
+    frames = len(rows)
+    if frames <= LONG:
+        return work(slice(0, frames), rows)
+    before = rows[:0]  # what has been written over, and is the margin of the next passage
+    for first, last, around in spans(frames):
+        given = np.concatenate([before, rows[first : around.stop]])
+        before = given[max(last - _MARGIN, 0) - around.start : last - around.start]
+        rows[first:last] = work(around, given)[first - around.start : last - around.start]
+    return rows
 
 
 def spans(frames: int) -> Iterator[tuple[int, int, slice]]:

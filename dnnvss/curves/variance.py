@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from dnnvss.curves.equations import NormalEquations, precision_of
 from dnnvss.curves.multipliers import multiply
+from dnnvss.curves.passages import spans
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.errors import DnnvssError
 
@@ -72,6 +73,18 @@ def dial(
         raise DnnvssError(f"an articulation of {settings.min()} was asked for",
                           remedy="Give 0 (flat), 1 (natural) or more")
     return settings
+
+
+def movement_of(trajectory: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and variance (D,) of a trajectory (T, D) over the frames of a mask (T,), over all where it holds none."""
+    chosen = mask if mask.any() else ~mask
+    parts = [(trajectory[a:b], chosen[a:b]) for a, b, _ in spans(len(trajectory))]
+    if len(parts) == 1:
+        kept = trajectory[chosen].astype(float)
+        return kept.mean(axis=0), kept.var(axis=0)
+    count = chosen.sum()
+    centre = np.sum([x[at].sum(axis=0, dtype=float) for x, at in parts], axis=0) / count
+    return centre, np.sum([np.square(x[at] - centre).sum(axis=0) for x, at in parts], axis=0) / count
 
 
 def articulate(

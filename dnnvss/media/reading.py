@@ -169,4 +169,5 @@ def write_wav(path: str | Path, samples: np.ndarray, rate: int) -> Path:
         for start in range(0, len(samples), _BLOCK):
             block = np.clip(samples[start : start + _BLOCK], -1, 1) * 32767
             sound.writeframesraw(block.astype("<i2").tobytes())
+            files.forget(samples[start : start + _BLOCK])
     return Path(path)

@@ -16,6 +16,8 @@ from dnnvss.timing import FrameClock
 
 _AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
 _AAC_BLOCK = 1024
+_FORGOTTEN = 1 << 20
+"""Samples after which the memory of sound is given back that lies in a file."""
 _BT601 = "colorprim=smpte170m:transfer=smpte170m:colormatrix=smpte170m"
 """The colour space that the conversion from RGB uses, written into the file so that players do not have to guess."""
 
@@ -111,7 +113,7 @@ class SoundTrack:
         samples = np.asarray(samples, dtype=np.float32).reshape(-1)
         self.rate = rate if rate in _AAC_RATES else SOUND_RATE
         self.samples = samples if self.rate == rate else _resampled(samples, rate, self.rate)
-        self.container, self.done = container, 0
+        self.container, self.done, self.forgotten = container, 0, 0
         self.stream = container.add_stream("aac", rate=self.rate, layout="mono")
         self.stream.bit_rate = 128_000 if self.rate >= 32000 else 64_000
 
@@ -123,6 +125,9 @@ class SoundTrack:
             frame.sample_rate, frame.pts, frame.time_base = self.rate, self.done, Fraction(1, self.rate)
             self.container.mux(self.stream.encode(frame))
             self.done += block.shape[1]
+            if self.done - self.forgotten >= _FORGOTTEN:
+                files.forget(self.samples[self.forgotten : self.done])
+                self.forgotten = self.done
 
     def finish(self) -> None:
         """Encode what is left."""

@@ -1,9 +1,9 @@
 """How long phones last: a regression learnt from a corpus, and time lines for new sentences."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -100,10 +100,12 @@ class DurationModel:
 
         A phone that the corpus lacks has the columns of its class only.
         """
-        contexts, _ = spoken_contexts(alignment, text)
-        parts = [_matrix(contexts[i : i + _ROWS], self.columns) @ self.weights for i in range(0, len(contexts), _ROWS)]
-        mean = np.concatenate(parts) if parts else np.zeros(0)
-        return mean, np.sqrt([next(self.variance[n] for n in row if n in self.variance) for row in contexts])
+        rows, _ = _spoken_contexts(alignment, text)
+        parts, variances = [np.zeros(0)], list[float]()
+        while some := list(islice(rows, _ROWS)):  # the contexts of an hour of speech never lie there at once
+            parts.append(_matrix(some, self.columns) @ self.weights)
+            variances += [next(self.variance[n] for n in row if n in self.variance) for row in some]
+        return np.concatenate(parts), np.sqrt(variances)
 
     def durations(self, alignment: Alignment, text: str) -> np.ndarray:
         """Return the expected duration (n,) in seconds of each spoken phone, whatever its times are."""
@@ -198,11 +200,17 @@ def spoken_contexts(alignment: Alignment, text: str) -> tuple[list[list[str]], n
         alignment: with tiers ``phones`` and ``words``.
         text: the words as written.
     """
+    rows, seconds = _spoken_contexts(alignment, text)
+    return list(rows), seconds
+
+
+def _spoken_contexts(alignment: Alignment, text: str) -> tuple[Iterator[list[str]], np.ndarray]:
+    """The same with the rows one by one."""
     tree = linguistic_tree(alignment, text)
     padded = (SILENCE, SILENCE, *alignment["phones"].labels, SILENCE, SILENCE)
     spoken = np.flatnonzero(tree.word >= 0)
     places = _places(tree)
-    rows = [_context(padded[i : i + 5], tree, i, places[i]) for i in spoken.tolist()]
+    rows = (_context(padded[i : i + 5], tree, i, places[i]) for i in spoken.tolist())
     return rows, np.diff(alignment["phones"].edges)[spoken]
 
 

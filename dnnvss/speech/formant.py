@@ -6,6 +6,7 @@ parallel. Formants glide between the targets of :mod:`dnnvss.speech.formant_tabl
 vowels (locus equations), and pitch falls over each phrase with a rise on the longer vowels.
 """
 
+import tempfile
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.ndimage
 
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
 from dnnvss.speech.formant_table import NOISES, Sound, sound
@@ -27,6 +29,8 @@ _PEAK = 0.6
 _LONG, _LONGER, _LONGEST = 30.0, 40.0, 50.0
 """Seconds after which speech is cut in a pause, before a voiceless stop, and anywhere."""
 _PAUSE = 10.0  # seconds of silence at once
+_HELD = 900.0  # seconds of speech from which it lies in a file without a name, not in memory
+_BLOCK = 1 << 20  # samples that are looked at at once
 
 
 class _Piece(NamedTuple):
@@ -44,6 +48,8 @@ class _Piece(NamedTuple):
 def synthesise(alignment: Alignment, rate: int = 16000, seed: int = 0, f0: float = 110.0) -> np.ndarray:
     """Return speech for an alignment, float32 in [-1, 1], shape (n,), n being the samples between its ends.
 
+    A quarter of an hour and more is mapped from a file without a name, see :func:`dnnvss.files.mapped`.
+
     Args:
         alignment: with the tier ``phones``; every phone sounds exactly where it stands.
         rate: samples a second, 8000 to 48000.
@@ -59,12 +65,11 @@ def synthesise(alignment: Alignment, rate: int = 16000, seed: int = 0, f0: float
     tiers = parts(alignment["phones"])
     if len(tiers) == 1:
         return _loud(_spoken(alignment, rate, np.random.default_rng(seed), f0)).astype(np.float32)
-    first, last = FrameClock(rate).edges(np.array([alignment.start, alignment.end]))
-    out = np.empty(int(last - first), np.float32)
-    for k, tier in enumerate(tiers):
-        start, end = FrameClock(rate).edges(np.array([tier.start, tier.end])) - first
-        out[start:end] = _spoken(Alignment([tier]), rate, np.random.default_rng([seed, k]), f0)
-    return _loud(out)
+    spoken = (_spoken(Alignment([tier]), rate, np.random.default_rng([seed, k]), f0).astype(np.float32)
+              for k, tier in enumerate(tiers))
+    if alignment.end - alignment.start < _HELD:
+        return _loud(np.concatenate(list(spoken)))
+    return _loud(files.mapped(spoken, tempfile.gettempdir()))
 
 
 def parts(phones: Tier) -> list[Tier]:
@@ -97,7 +102,14 @@ def _short_pauses(phones: Tier) -> Iterator[tuple[float, float, str]]:
 
 def _loud(spoken: np.ndarray) -> np.ndarray:
     """The samples, changed in place, at their usual peak."""
-    spoken *= _PEAK / max(float(spoken.max(initial=0.0)), -float(spoken.min(initial=0.0)), 1e-9)
+    blocks = [spoken[k : k + _BLOCK] for k in range(0, len(spoken), _BLOCK)]
+    peak = 1e-9
+    for block in blocks:
+        peak = max(peak, float(block.max(initial=0.0)), -float(block.min(initial=0.0)))
+        files.forget(block)
+    for block in blocks:
+        block *= _PEAK / peak
+        files.forget(block)
     return spoken
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from dnnvss.curves.constraints import Constraints, constrain
 from dnnvss.curves.mlpg import mlpg
-from dnnvss.curves.passages import cut, in_passages
-from dnnvss.curves.variance import articulate, dial
+from dnnvss.curves.passages import cut, in_passages, rewritten
+from dnnvss.curves.variance import articulate, dial, movement_of
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.settings import check_settings, setting
 from dnnvss.style.rules import pulled_to_rest, silent_frames
@@ -106,36 +106,82 @@ def generate(
     Raises:
         DnnvssError: constraints that contradict one another, or a prediction that MLPG refuses.
     """
-    style = style or Style()
-    frames, columns = len(mean), mean.shape[2]
-    unknown = talker.unknown
+    return generate_in_passages(lambda around: (mean[around], cut(variance, len(mean), around)), len(mean), tier, clock,
+                                talker, style or Style(), windows, constraints)
+
+
+Predicted = Callable[[slice], tuple[np.ndarray, Any]]
+"""What gives mean and variance of a slice of the frames."""
+
+
+def generate_in_passages(
+    predicted: Predicted,
+    frames: int,
+    tier: Tier,
+    clock: FrameClock,
+    talker: Talker,
+    style: Style,
+    windows: Windows = STATIC_DELTA_DELTA2,
+    constraints: Constraints | None = None,
+) -> np.ndarray:
+    """The trajectory (T, D) as :func:`generate` gives it, of a prediction that need not lie there at once.
+
+    Beside the trajectory itself, memory is that of a passage where there are many frames.
+
+    Args:
+        predicted: gives the prediction of a slice; it may be asked for the same frames again.
+        frames: T.
+        tier, clock, talker, style, windows, constraints: as there.
+
+    Raises:
+        DnnvssError: as there.
+    """
     quiet = None
-    if style.rest and "rest" not in unknown:
+    if style.rest and "rest" not in talker.unknown:
         quiet = silent_frames(tier, clock, frames, style.anticipation, style.release)
-    given = _Given(mean, variance, quiet, talker)
+    given = _Given(predicted, quiet, talker)
     x = in_passages(frames, lambda around: mlpg(*given(around), windows))
-    if style.articulation is not None or style.by_group:
-        base = 1.0 if style.articulation is None else style.articulation
-        setting = dial(columns, base, style.groups, **style.by_group)
-        x = articulate(x, setting, talker.natural, talker.own, ~silent_frames(tier, clock, frames),
-                       fade=speech_weight(tier, clock, frames))
     reach = talker.reach.widened(style.widest) if style.within and talker.reach else None
-    if reach:
-        whole = x
-        x = in_passages(frames, lambda around: reach.limited(whole[around]))
-    held = []
-    own = Constraints.none(columns) if constraints is None else constraints
-    for name, rule in LIP_RULES.items():
-        if getattr(style, name) and name not in unknown:
-            held.append(talker.held(rule).constraints(tier, clock, talker.gauges[rule.gauge], frames, own))
+    x = rewritten(x, _moved(x, tier, clock, talker, style, reach))
+    rules = _lip_rules(tier, clock, talker, style, frames, constraints or Constraints.none(x.shape[1]))
+    wanted = [] if constraints is None else [constraints]
+    for each in (*rules, *wanted):
+        each.check(frames, windows)
 
-    def solved(rows: list[Constraints]) -> np.ndarray:
-        """The trajectory that holds all of them."""
-        every = Constraints.joined(rows)
-        every.check(frames, windows)
-        return in_passages(frames, lambda around: constrain(x[around], given(around)[1], every.within(around), windows))
+    def held(around: slice, own: np.ndarray) -> np.ndarray:
+        """The frames of a slice with what has to hold in them."""
+        here = constraints.within(around) if constraints is not None else None
+        variance = given(around)[1]
+        return _held(own, [rule.within(around) for rule in rules], here, reach,
+                     lambda rows: constrain(own, variance, Constraints.joined(rows), windows))
 
-    return _held(x, held, constraints, reach, solved)
+    return rewritten(x, held) if rules or wanted else x
+
+
+def _moved(x: np.ndarray, tier: Tier, clock: FrameClock, talker: Talker, style: Style, reach: Reach | None
+           ) -> Callable[[slice, np.ndarray], np.ndarray]:
+    """What scales a slice of the trajectory ``x`` (T, D) by the dial, and bends it into a range."""
+    dialled = style.articulation is not None or bool(style.by_group)
+    base = 1.0 if style.articulation is None else style.articulation
+    if dialled:
+        turned = dial(x.shape[1], base, style.groups, **style.by_group)
+        fade, speech = speech_weight(tier, clock, len(x)), ~silent_frames(tier, clock, len(x))
+        centre, spread = movement_of(x, speech)
+        own = spread if talker.own is None else talker.own
+
+    def moved(around: slice, rows: np.ndarray) -> np.ndarray:
+        if dialled:
+            rows = articulate(rows, turned, talker.natural, own, centre=centre, fade=fade[around])
+        return reach.limited(rows) if reach else rows
+
+    return moved
+
+
+def _lip_rules(tier: Tier, clock: FrameClock, talker: Talker, style: Style, frames: int, first: Constraints
+               ) -> list[Constraints]:
+    """What the style holds of the lips, where ``first`` does not forbid it."""
+    return [talker.held(rule).constraints(tier, clock, talker.gauges[rule.gauge], frames, first)
+            for name, rule in LIP_RULES.items() if getattr(style, name) and name not in talker.unknown]
 
 
 @dataclass(frozen=True)
@@ -143,19 +189,18 @@ class _Given:
     """A prediction with rest in silence, a slice at a time.
 
     Args:
-        mean, variance: the prediction.
+        predicted: the prediction.
         quiet: (T,) bool, frames that are pulled to rest; None for none.
         talker: whose rest.
     """
 
-    mean: np.ndarray
-    variance: Any
+    predicted: Predicted
     quiet: np.ndarray | None
     talker: Talker
 
     def __call__(self, around: slice) -> tuple[np.ndarray, Any]:
         """Mean and variance of a slice of the frames, the mean in its own dtype."""
-        mean, variance = self.mean[around], cut(self.variance, len(self.mean), around)
+        mean, variance = self.predicted(around)
         if self.quiet is None:
             return mean, variance
         rest, deviation = self.talker.rest, self.talker.rest_deviation

@@ -6,12 +6,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from dnnvss.curves import Constraints, mlpg
-from dnnvss.curves.passages import cut, in_passages
+from dnnvss.curves.passages import LONG, in_passages
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face, Gauge
 from dnnvss.settings import setting
-from dnnvss.style import Style, Talker, coefficients, generate
-from dnnvss.style.generation import Dials
+from dnnvss.style import Style, Talker, coefficients
+from dnnvss.style.generation import Dials, generate_in_passages
 from dnnvss.style.keys import Key, key_constraints
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
@@ -95,14 +95,13 @@ class Generator:
             tier: the phones as they are said, where the example has other phones stand in for some; the example's own
                 where None.
         """
-        prediction, task = self.model.predict(example), self.task
+        task, frames = self.task, len(example.codes)
+        predicted = self.model.predictor(example) if frames > LONG else self.model.predict(example).part
         phones = tier or example.alignment["phones"]
         if style.plain and not keys:
-            mean, variance = prediction.mean, prediction.variance
-            return in_passages(len(mean), lambda around: np.asarray(
-                mlpg(mean[around], cut(variance, len(mean), around), task.windows)))
+            return in_passages(frames, lambda around: np.asarray(mlpg(*predicted(around), task.windows)))
         constraints: Constraints | None = None
         if keys:
-            constraints = key_constraints(keys, held or {}, task.clock, len(prediction.mean), phones)
-        return generate(prediction.mean, prediction.variance, phones, task.clock, self.talker, style, task.windows,
-                        constraints)
+            constraints = key_constraints(keys, held or {}, task.clock, frames, phones)
+        return generate_in_passages(predicted, frames, phones, task.clock, self.talker, style, task.windows,
+                                    constraints)

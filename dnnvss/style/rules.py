@@ -50,15 +50,16 @@ class PhoneRule:
                 for values outside the rule's range is left to it, and where one asks for anything the rule is as soft
                 as ``beside`` says.
         """
-        parts = [Constraints.none(len(gauge.vector))]
+        held, soft, labels = [np.zeros(0, np.int64)], [np.zeros(0)], list[str]()
         for segment, at in phone_frames(tier, clock, self.phones, frames, self.part):
-            if first is not None and self._forbidden(first, gauge, at):
+            if first is not None and len(first) and self._forbidden(first, gauge, at):
                 continue
             others = first is not None and bool(np.isin(first.frames, at).any())
-            parts.append(hold(at, gauge.vector, gauge.constant, low=self.low, high=self.high,
-                              softness=max(self.softness, self.beside if others else 0.0),
-                              label=f"{self.name} on {segment.label} at {segment.start:.2f} s"))
-        return Constraints.joined(parts)
+            held.append(at)
+            soft.append(np.full(len(at), max(self.softness, self.beside if others else 0.0)))
+            labels += [f"{self.name} on {segment.label} at {segment.start:.2f} s"] * len(at)
+        return hold(np.concatenate(held), gauge.vector, gauge.constant, low=self.low, high=self.high,
+                    softness=np.concatenate(soft), label=labels)
 
     def _forbidden(self, first: Constraints, gauge: Gauge, at: np.ndarray) -> bool:
         size = first.vectors @ gauge.vector / max(float(gauge.vector @ gauge.vector), 1e-300)

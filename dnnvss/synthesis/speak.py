@@ -242,5 +242,7 @@ def replace_unseen(alignment: Alignment, known: Sequence[str],
 
 def ahead(trajectory: np.ndarray, clock: FrameClock, seconds: float) -> np.ndarray:
     """The trajectory (T, D) moved ahead by ``seconds``, to the nearest frame; its ends are held."""
+    if not round(seconds * float(clock.rate)):
+        return trajectory
     frames = np.arange(len(trajectory)) + round(seconds * float(clock.rate))
     return trajectory[np.clip(frames, 0, len(trajectory) - 1)]

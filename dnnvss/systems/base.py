@@ -1,13 +1,14 @@
 """What every system offers: a name, settings, what it reads; fit on examples, predict the streams of one."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from dnnvss.curves.passages import cut
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face
 from dnnvss.features import FeatureTable, FrameCodes
@@ -49,6 +50,10 @@ class Prediction:
 
     mean: np.ndarray
     variance: np.ndarray
+
+    def part(self, around: slice) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and variance of a slice of the frames."""
+        return self.mean[around], cut(self.variance, len(self.mean), around)
 
 
 class PredictionStream(ABC):
@@ -128,6 +133,10 @@ class VisualModel(ABC):
     @abstractmethod
     def predict(self, example: Example) -> Prediction:
         """Return the predicted streams of one utterance."""
+
+    def predictor(self, example: Example) -> Callable[[slice], tuple[np.ndarray, np.ndarray]]:
+        """What gives mean and variance of slices of one utterance, in the memory of a slice where a system can."""
+        return self.predict(example).part
 
     @property
     def lookahead(self) -> int | None:

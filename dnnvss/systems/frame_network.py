@@ -69,20 +69,23 @@ class NetworkStream:
         return torch.zeros(0, self.network.out)
 
 
-def pieces(count: int, reach: tuple[int, int], alone: int = _AT_ONCE) -> Iterator[tuple[slice, slice]]:
+def pieces(count: int, reach: tuple[int, int], alone: int = _AT_ONCE, around: slice | None = None
+           ) -> Iterator[tuple[slice, slice]]:
     """Parts in which a long utterance goes through a network.
 
     Args:
         count: frames of the utterance.
         reach: of the network; (0, 0) where it sees one frame at a time.
         alone: frames at once where each is seen by itself.
+        around: the frames that are wanted; all where None.
 
     Yields:
         The frames that are put in, and which of the outputs count.
     """
     size = alone if reach == (0, 0) else _AT_ONCE_OVER_TIME
-    for start in range(0, count, size):
-        stop, low = min(start + size, count), max(start - reach[0], 0)
+    first, last = (0, count) if around is None else (around.start, around.stop)
+    for start in range(first, last, size):
+        stop, low = min(start + size, last), max(start - reach[0], 0)
         yield slice(low, min(stop + reach[1], count)), slice(start - low, stop - low)
 
 

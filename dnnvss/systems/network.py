@@ -176,6 +176,14 @@ class NetworkModel(VisualModel):
         """
         return _gaussian(*self._mixture(example))
 
+    def predictor(self, example: Example) -> Callable[[slice], tuple[np.ndarray, np.ndarray]]:
+        """What gives mean and variance of slices of one utterance; a network goes through no more than a slice."""
+        def predicted(around: slice) -> tuple[np.ndarray, np.ndarray]:
+            said = _gaussian(*self._mixture(example, around))
+            return said.mean, said.variance
+
+        return predicted
+
     @property
     def lookahead(self) -> int | None:
         """Frames behind its own that a prediction depends on; None for all of the utterance."""
@@ -185,12 +193,14 @@ class NetworkModel(VisualModel):
         """A new utterance whose frames arrive bit by bit; see :meth:`VisualModel.stream`."""
         return super().stream() if self.lookahead is None else _Stream(self)
 
-    def _mixture(self, example: Example) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    def _mixture(self, example: Example, around: slice | None = None
+                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Return the mean of the parts, the mean of their own variances and the variance of their means, (T, W, D).
 
         The last is None where there is but one part, or variances are not predicted.
         """
-        return self._mixed(np.concatenate([self._forward(c) for c in (example.codes, *example.alternatives)]))
+        every = (example.codes, *example.alternatives)
+        return self._mixed(np.concatenate([self._forward(codes, around) for codes in every]))
 
     def _mixed(self, outputs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         parts = [self._decode(torch.from_numpy(o)) for o in outputs]
@@ -285,13 +295,13 @@ class NetworkModel(VisualModel):
 
     @torch.inference_mode(False)  # in which a network that is moved could not be trained any more
     @torch.no_grad()
-    def _forward(self, codes: FrameCodes) -> np.ndarray:
-        """Return the outputs of every member, normalised, shape (members, T, W x D or twice as many)."""
+    def _forward(self, codes: FrameCodes, around: slice | None = None) -> np.ndarray:
+        """Return the outputs of every member, normalised, shape (members, T, W x D or twice as many); of a slice."""
         device = next(self.networks_[-1].parameters()).device
         training, out = [n.training for n in self.networks_], []
         for network in self.networks_:
             network.eval()
-        for put_in, counting in pieces(len(codes), self.networks_[-1].reach):
+        for put_in, counting in pieces(len(codes), self.networks_[-1].reach, around=around):
             frames = np.arange(put_in.start, put_in.stop)
             active = torch.from_numpy(codes.active(frames)).to(device)
             numeric = torch.from_numpy(self.scaler_(codes.numeric(frames))).to(device)
