@@ -58,3 +58,23 @@ def test_consecutive_slices_are_the_array_itself() -> None:
     for parts in ([whole[:3], whole[4:]], [whole[3:], whole[:3]], [whole[:3].copy(), whole[3:].copy()],
                   [whole[:3], np.zeros((2, 2, 2), np.float32)], [whole[::2], whole[5:]], [whole[:, :1]]):
         assert files.shared(parts) is None
+
+
+def test_what_is_forgotten_comes_back(tmp_path: Path) -> None:
+    whole = files.mapped([np.arange(500_000.0)], tmp_path)
+    whole *= 2.0
+    resident = _mapped_memory()
+    files.forget(whole[1000:400_000])
+    assert _mapped_memory() < resident - 2_500
+    np.testing.assert_array_equal(whole, 2.0 * np.arange(500_000))
+    plain = np.ones(5)
+    files.forget(plain)
+    files.forget(whole[::2])
+    files.forget(whole[3:4])
+    assert plain.tolist() == [1.0] * 5 and whole[3] == 6.0
+
+
+def _mapped_memory() -> int:
+    """Kilobytes of files that are in the memory of this process."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("RssFile"))

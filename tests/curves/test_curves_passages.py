@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dnnvss.curves import Constraints, constrain, hold, mlpg, passages, resample
-from dnnvss.curves.passages import cut, in_passages
+from dnnvss.curves.passages import cut, in_passages, rewritten
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock
@@ -41,6 +41,21 @@ def test_passages_make_the_trajectory_of_the_whole(monkeypatch: pytest.MonkeyPat
     assert [(s.start, s.stop) for s in seen] == [(0, 650), (50, 1000), (400, 1350), (750, 1500), (1100, 1500)]
     found = in_passages(FRAMES, lambda around: constrain(whole[around], variance[around], held.within(around)))
     np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_rows_are_rewritten_from_what_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("LONG", 400), ("_PASSAGE", 350), ("_MARGIN", 30)):
+        monkeypatch.setattr(passages, name, value)
+    rows = np.random.default_rng(0).normal(size=(FRAMES, 2))
+    given, kernel = rows.copy(), np.ones(21)
+
+    def smoothed(around: slice, own: np.ndarray) -> np.ndarray:
+        np.testing.assert_array_equal(own, rows[around])
+        return np.stack([np.convolve(column, kernel, "same") for column in own.T], axis=1)
+
+    found = rewritten(given, smoothed)
+    np.testing.assert_allclose(found, smoothed(slice(0, FRAMES), rows), atol=1e-12)
+    assert found is given
 
 
 def test_what_is_short_is_made_at_once() -> None:

@@ -8,6 +8,7 @@ import scipy.signal
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SPOKEN
+from dnnvss.speech import formant
 from dnnvss.speech.formant import parts, synthesise
 from dnnvss.speech.formant_table import SOUNDS
 from dnnvss.timing import Alignment, Tier
@@ -122,3 +123,14 @@ def test_parts_join_to_speech_that_is_as_long_and_as_loud_as_ever() -> None:
     assert (loudness > 0.4 * np.sqrt((one**2).mean())).all() and loudness.max() < 2 * loudness.min()
     edges = [round(part.end * 16000) for part in parts(tier)[:-1]]
     assert all(np.abs(whole[e - 20 : e + 20]).max() < 0.01 for e in edges)
+
+
+def test_speech_of_a_quarter_of_an_hour_lies_in_a_file_and_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    spans = [(0.5 * k, 0.5 * (k + 1), p) for k, p in enumerate(["N", "AW", "sil"] * 50)]
+    alignment = Alignment([Tier("phones", spans)])
+    whole = synthesise(alignment, 8000)
+    monkeypatch.setattr(formant, "_HELD", 20.0)
+    monkeypatch.setattr(formant, "_BLOCK", 10_000)
+    held = synthesise(alignment, 8000)
+    assert isinstance(held.base, np.memmap) and not isinstance(whole.base, np.memmap)
+    np.testing.assert_array_equal(held, whole)

@@ -1,15 +1,17 @@
 """The whole chain: plain by default, and each setting does what it says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from face.face_cases import LinearFace, rig
 from scipy.ndimage import gaussian_filter1d
 
 from dnnvss import DnnvssError
-from dnnvss.curves import derivatives, mlpg
+from dnnvss.curves import derivatives, mlpg, passages
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.face.lips import mouth_gauges
-from dnnvss.style.generation import Style, generate, speech_weight
+from dnnvss.style.generation import Style, generate, generate_in_passages, speech_weight
 from dnnvss.style.rules import silent_frames
 from dnnvss.style.talker import Talker, speech_variances
 from dnnvss.timing import FrameClock, Tier
@@ -234,3 +236,32 @@ def test_contradictory_wishes_of_an_artist_are_named(talker):
     keys = [hold([100], np.array([1.0, 0.0]), value=v, label=f"key {v:g}") for v in (1.0, 2.0)]
     with pytest.raises(DnnvssError, match="contradict one another: 'key"):
         generate(mean, variance, TIER, CLOCK, talker, EVERYTHING, constraints=Constraints.joined(keys))
+
+
+@pytest.mark.parametrize("own", [None, 0.4])
+def test_a_long_trajectory_is_made_in_passages_as_it_is_at_once(
+        talker: Talker, own: float | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rest, dial, range, closures, contacts and keys: nothing needs all frames at once."""
+    mean, variance = prediction(1.4)
+    count = 12
+    segments = [(s.start + 2.0 * k, s.end + 2.0 * k, s.label) for k in range(count) for s in TIER]
+    tier, long = Tier("phones", segments), np.concatenate([mean] * count)
+    own_talker = replace(talker, own=None if own is None else np.full(2, own))
+    key = hold([390, 900, 1777], np.array([1.0, 0.5]), low=4.2, high=4.5, label="key")
+    everything = replace(EVERYTHING, within=True)
+    for constraints in (None, key):
+        whole = generate(long, variance, tier, CLOCK, own_talker, everything, constraints=constraints)
+        asked: list[slice] = []
+
+        def predicted(around: slice) -> tuple[np.ndarray, np.ndarray]:
+            asked.append(around)  # noqa: B023
+            return long[around], variance
+
+        with monkeypatch.context() as small:
+            for name, value in (("LONG", 500), ("_PASSAGE", 450), ("_MARGIN", 200)):
+                small.setattr(passages, name, value)
+            found = generate_in_passages(predicted, len(long), tier, CLOCK, own_talker, everything,
+                                         constraints=constraints)
+        np.testing.assert_allclose(found, whole, atol=2e-6)
+        assert max(s.stop - s.start for s in asked) == 850 and found.dtype == whole.dtype
+    assert not np.allclose(whole, generate(long, variance, tier, CLOCK, own_talker))

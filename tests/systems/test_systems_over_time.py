@@ -198,6 +198,9 @@ def test_a_causal_system_streams_what_it_predicts(settings: dict, variances: boo
     expected = model.predict(examples["test"][0])
     np.testing.assert_allclose(np.concatenate([p.mean for p in found]), expected.mean, rtol=1e-4, atol=1e-5)
     np.testing.assert_allclose(np.concatenate([p.variance for p in found]), expected.variance, rtol=1e-4)
+    mean, variance = model.predictor(examples["test"][0])(slice(3, len(codes) - 2))
+    np.testing.assert_allclose(mean, expected.mean[3:-2], rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(variance, expected.variance[3:-2], rtol=1e-4)
 
 
 @pytest.mark.parametrize("settings", BOTH[::2], ids=lambda s: s["kind"])
