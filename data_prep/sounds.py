@@ -32,6 +32,8 @@ def lateness_of(run: Preparation, made: Results, bad: Mapping[str, np.ndarray]) 
     found = find_sync(run.shop, sounds, seen, run.recipe.info.landmark_groups, rate)
     print(f"sound and picture: {1000 * found.spread:.0f} ms apart (standard deviation over clips), "
           f"known to {1000 * found.error:.0f} ms; {len(found.unknown)} clips do not tell")
+    if not any(found.late.values()):
+        print("sound and picture are left as they are: what they are apart is within what is known")
     for name in found.unknown:
         run.outcomes[name].notes.append("its lips do not tell whether its sound is late (left as it is)")
     for name, late in found.late.items():

@@ -1,9 +1,8 @@
 """Sound and picture in step: how late each clip's sound is beside its picture, told by the clip itself.
 
-Recordings that were cut or transcoded clip by clip can differ by some frames in where the sound begins. A small network
-learns to hear the lips: mel cepstra to the leading movements of the lips, cross-fitted, so that no clip is judged by a
-network that has seen it. The lag at which heard and seen lips agree best is how late the sound is. Words, phones and
-models play no part in it.
+Recordings that were cut or transcoded clip by clip can differ by some frames in where the sound begins. A regression
+learns to hear the lips (:mod:`data_prep.heard_lips`), cross-fitted, so that no clip is judged by one that has seen it.
+The lag at which heard and seen lips agree best is how late the sound is. Words, phones and models play no part in it.
 """
 
 import hashlib
@@ -14,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from scipy.interpolate import CubicSpline
 
+from data_prep.heard_lips import EVERY, MANY, MODES, SyncClip, crossfitted
 from data_prep.media import laid
 from data_prep.stages import FOLDER, Workshop, fingerprint
 from dnnvss import files, robust
@@ -31,14 +30,9 @@ from dnnvss.speech.align_features import HOP, cepstra
 REACH = 0.16
 """Seconds; sound that is further off is not looked for."""
 
-FEWEST = 60
-"""Clips below which lips are not learnt to be heard."""
+FEWEST = 6
+"""Clips below which no share of a deviation is told."""
 
-_MODES, _FOLDS, _HIDDEN, _STEPS, _BATCH, _RATE = 6, 4, 128, 1000, 512, 3e-3
-_EVERY = 2
-"""Cepstra from one heard frame to the next: 100 a second."""
-_CONTEXT = np.arange(-48, 49, 6)
-"""Cepstra that are heard together: a quarter of a second to either side."""
 _LAGS = np.arange(-REACH, REACH + 1e-9, HOP)
 _APART = 0.08
 """Seconds by which the two halves of a clip may differ; beyond, neither is believed."""
@@ -69,31 +63,6 @@ def kept_sync(path: Path) -> Sync:
         DnnvssError: it is absent or damaged.
     """
     return read_record(Sync, path, "Prepare the corpus again")
-
-
-@dataclass(frozen=True)
-class SyncClip:
-    """One clip, heard and seen.
-
-    Args:
-        sound: cepstra (N, 39), 200 a second.
-        lips: seconds to the lips' leading movements (n, K), each of unit deviation over the corpus.
-        spoken: (M,) bool, the heard frames (100 a second) from where speech begins to where it ends.
-    """
-
-    sound: np.ndarray
-    lips: Callable[[np.ndarray], np.ndarray]
-    spoken: np.ndarray
-
-    @property
-    def times(self) -> np.ndarray:
-        """Seconds (M,) of the heard frames."""
-        return (np.arange(0, len(self.sound), _EVERY) + 0.5) * HOP
-
-    def heard(self) -> np.ndarray:
-        """Return the cepstra (M, C) around each heard frame."""
-        at = np.arange(0, len(self.sound), _EVERY)[:, None] + _CONTEXT
-        return self.sound[np.clip(at, 0, len(self.sound) - 1)].reshape(len(at), -1)
 
 
 def find_sync(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tuple[np.ndarray, np.ndarray]],
@@ -129,21 +98,25 @@ def shrunk(names: Sequence[str], whole: np.ndarray, first: np.ndarray, second: n
 
     Halves err independently, so half the variance of their difference is one half's error, and half of that the whole
     clip's. An estimate is multiplied by the share of the variance that is not error; medians stand for deviations, so
-    that a few wild clips do not count.
+    that a few wild clips do not count. Of fewer than :data:`MANY` clips medians say little: deviations are taken, and
+    nothing is moved unless the spread is larger than the error.
     """
+    few = len(whole) < MANY
     told = (np.abs(first - second) < _APART) & (np.abs(whole) < REACH - HOP)
     middle = float(np.median(whole[told])) if told.any() else 0.0
-    error = _deviation((first - second)[told]) / 2
-    total = _deviation(whole[told])
+    error = _deviation((first - second)[told], few) / 2
+    total = _deviation(whole[told], few)
     spread = float(np.sqrt(max(total**2 - error**2, 0.0)))
-    share = spread**2 / max(total**2, 1e-12)
+    share = 0.0 if few and spread <= error else spread**2 / max(total**2, 1e-12)
     late = np.where(told, share * (whole - middle), 0.0)
     return Sync({n: round(float(v), 4) for n, v in zip(names, late, strict=True)},
                 tuple(n for n, ok in zip(names, told, strict=True) if not ok), round(spread, 5), round(error, 5))
 
 
-def _deviation(x: np.ndarray) -> float:
-    return float(robust.deviation(x)) if len(x) else 0.0
+def _deviation(x: np.ndarray, few: bool) -> float:
+    if not len(x):
+        return 0.0
+    return float(x.std() if few else robust.deviation(x))
 
 
 def _rows(groups: Mapping[str, tuple[int, int]], *names: str) -> np.ndarray:
@@ -166,7 +139,7 @@ def read_clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tup
         shapes[name] = shape - shape.mean(axis=0)
     _, size, modes = np.linalg.svd(np.concatenate([s[::3] for s in shapes.values()]), full_matrices=False)
     rows = sum(len(s[::3]) for s in shapes.values())
-    basis = (modes[:_MODES] / (size[:_MODES, None] / np.sqrt(rows) + 1e-9)).T
+    basis = (modes[:MODES] / (size[:MODES, None] / np.sqrt(rows) + 1e-9)).T
     clips = {}
     for name in counted(sounds, "cepstra", unit="clips"):
         sound = cepstra(read_audio(files.inside(shop.out, sounds[name])))
@@ -184,55 +157,13 @@ def _at(values: np.ndarray, rate: float) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _spoken(sound: np.ndarray) -> np.ndarray:
-    loud = sound[::_EVERY, 0]
+    loud = sound[::EVERY, 0]
     at = np.flatnonzero(loud > np.percentile(loud, 60))
     if not len(at):
         return np.ones(len(loud), bool)
     mask = np.zeros(len(loud), bool)
     mask[max(0, at[0] - 20) : at[-1] + 20] = True
     return mask
-
-
-def crossfitted(clips: Mapping[str, SyncClip]) -> dict[str, np.ndarray]:
-    """Return the lips (M, K) that a network heard which has not seen the clip."""
-    names = list(clips)
-    order = np.random.default_rng(0).permutation(len(names))
-    usual = np.concatenate([clips[n].sound[::20] for n in names])
-    scale = np.tile(usual.std(axis=0) + 1e-6, len(_CONTEXT)).astype(np.float32)
-    heard = {}
-    for fold in counted(range(_FOLDS), "hearing the lips", unit="parts"):
-        held = {names[k] for k in order[fold::_FOLDS]}
-        network = _fitted([clips[n] for n in names if n not in held], scale, fold)
-        with torch.no_grad():
-            for name in held:
-                heard[name] = network(torch.from_numpy(clips[name].heard() / scale)).numpy()
-    return heard
-
-
-def _fitted(clips: Sequence[SyncClip], scale: np.ndarray, seed: int) -> torch.nn.Module:
-    random = np.random.default_rng(seed)
-    lips = [clip.lips(clip.times).astype(np.float32) for clip in clips]
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
-        network = torch.nn.Sequential(torch.nn.Dropout(0.1), torch.nn.Linear(len(scale), _HIDDEN), torch.nn.Tanh(),
-                                      torch.nn.Linear(_HIDDEN, _MODES))
-        optimiser = torch.optim.AdamW(network.parameters(), _RATE)
-        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, _STEPS)
-        for _ in range(_STEPS):
-            some = random.integers(len(clips), size=16)
-            at = [random.integers(len(lips[k]), size=_BATCH // 16) for k in some]
-            x = np.concatenate([_window(clips[k].sound, _EVERY * a) for k, a in zip(some, at, strict=True)]) / scale
-            y = np.concatenate([lips[k][a] for k, a in zip(some, at, strict=True)])
-            loss = torch.nn.functional.mse_loss(network(torch.from_numpy(x)), torch.from_numpy(y))
-            optimiser.zero_grad()
-            loss.backward()
-            optimiser.step()
-            schedule.step()
-    return network.eval()
-
-
-def _window(sound: np.ndarray, centres: np.ndarray) -> np.ndarray:
-    return sound[np.clip(centres[:, None] + _CONTEXT, 0, len(sound) - 1)].reshape(len(centres), -1)
 
 
 def lags(clips: Mapping[str, SyncClip], heard: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

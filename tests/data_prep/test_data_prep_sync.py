@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from data_prep import sync
+from data_prep import heard_lips, sync
 from data_prep.align import given
 from data_prep.stages import Workshop
 from data_prep.sync import Sync, find_sync, in_step, shrunk
@@ -32,7 +32,7 @@ def clip(late, rng, seconds=2.5):
 
 
 def test_late_sound_is_found(tmp_path, monkeypatch):
-    monkeypatch.setattr(sync, "_STEPS", 120)
+    monkeypatch.setattr(heard_lips, "_STEPS", 120)
     rng = np.random.default_rng(0)
     late = dict(zip([f"c{k:02}" for k in range(64)], rng.normal(0, 0.03, 64).round(3), strict=True))
     seen, sounds = {}, {}
@@ -54,6 +54,24 @@ def test_late_sound_is_found(tmp_path, monkeypatch):
         find_sync(shop, sounds, seen, GROUPS, 25.0)
 
 
+def test_late_sound_of_a_few_clips_is_found_and_what_is_in_step_stays(tmp_path):
+    rng = np.random.default_rng(0)
+    shop, late = Workshop(tmp_path, jobs=1), rng.normal(0, 0.03, 12).round(3)
+    for apart in (late, np.zeros(12)):
+        seen, sounds = {}, {}
+        for k, seconds in enumerate(apart):
+            points, sound = clip(seconds, rng)
+            seen[f"c{k:02}"] = points, np.ones(len(points), bool)
+            sounds[f"c{k:02}"] = f"c{k:02}.wav"
+            write_wav(tmp_path / f"c{k:02}.wav", sound, SPEECH_RATE)
+        found = find_sync(shop, sounds, seen, GROUPS, 25.0)
+        measured = np.array([found.late[n] for n in sorted(seen)])
+        if apart.any():
+            assert (measured - apart).std() < 0.012 and np.corrcoef(measured, apart)[0, 1] > 0.85
+        else:
+            assert found.spread < 0.006 and np.abs(measured).max() < 0.012
+
+
 def test_groups_without_lips_are_an_error(tmp_path):
     points = np.zeros((10, 8, 2), np.float32)
     seen = {"a": (points, np.ones(10, bool))}
@@ -63,14 +81,21 @@ def test_groups_without_lips_are_an_error(tmp_path):
 
 
 def test_estimates_are_shrunk_by_what_the_halves_disagree():
-    whole = np.array([-0.04, -0.02, 0.0, 0.02, 0.04])
-    agreed = shrunk("abcde", whole, whole, whole)
-    assert agreed.error == 0 and agreed.late == {"a": -0.04, "b": -0.02, "c": 0.0, "d": 0.02, "e": 0.04}
+    whole, names = np.array([-0.04, -0.02, 0.0, 0.02, 0.04]), "abcde"
+    apart = np.array([-0.02, 0.02, 0.0, 0.02, -0.02])  # the whole clip errs by half its median deviation
+    few = shrunk(names, whole, whole + apart / 2, whole - apart / 2)
+    error, spread = 0.02 * np.sqrt(0.8) / 2, np.sqrt(0.0008 - 0.00008)
+    assert (few.error, few.spread) == pytest.approx((error, spread), abs=1e-5)
+    assert few.late["e"] == pytest.approx(0.9 * 0.04, abs=1e-4)
+    weak = shrunk(names, whole, whole + 1.3 * apart, whole - 1.3 * apart)
+    assert weak.error > weak.spread > 0 and set(weak.late.values()) == {0.0}
+    names, whole, apart = [f"{n}{k}" for k in range(12) for n in names], np.tile(whole, 12), np.tile(apart, 12)
+    agreed = shrunk(names, whole, whole, whole)
+    assert agreed.error == 0 and agreed.late["a0"] == -0.04 and agreed.late["d3"] == 0.02
     assert agreed.spread == pytest.approx(1.4826 * 0.02, abs=1e-5)
-    apart = np.array([-0.02, 0.02, 0.0, 0.02, -0.02])  # the whole clip errs by half its deviation
-    half = shrunk("abcde", whole, whole + apart / 2, whole - apart / 2)
+    half = shrunk(names, whole, whole + apart / 2, whole - apart / 2)
     assert half.error == pytest.approx(1.4826 * 0.01, abs=1e-5)
-    assert half.late["e"] == pytest.approx(0.75 * 0.04, abs=1e-4)  # 1 - (1/2)^2
+    assert half.late["e1"] == pytest.approx(0.75 * 0.04, abs=1e-4)  # 1 - (1/2)^2
 
 
 def test_a_clip_whose_halves_contradict_stays():
