@@ -7,8 +7,10 @@ import numpy as np
 
 from dnnvss.life.contexts import CONTEXTS
 
-SINCE = (0.25, 0.5, 1.0, 2.0)
+SINCE = (0.5, 1.0, 2.0)
 """Seconds since the last blink at which its pull on the next changes."""
+CLOSEST = 0.2
+"""Seconds from one blink's beginning in which no other begins: the lids are still moving."""
 LONGEST = 0.8
 """Seconds; eyes that stay shut for longer do not blink."""
 _SHUT_SHARE = 0.5
@@ -86,7 +88,8 @@ class BlinkRates:
 
     Args:
         context: blinks a second (C,) in each of :data:`~dnnvss.life.contexts.CONTEXTS`.
-        since: factor (S + 1,) between the times of :data:`SINCE`; the last also where no blink is known.
+        since: factor (S + 1,) between the times of :data:`SINCE`; the last also where no blink is known. Before
+            :data:`CLOSEST` no blink begins.
 
     **Source**: a piecewise constant hazard, fitted by turns as marginals of counts and exposures (Deming and Stephan,
     Annals of Mathematical Statistics 11, 1940).
@@ -108,7 +111,7 @@ class BlinkRates:
             since = _since(len(context), blinks, rate)
             awake = np.ones(len(context), bool)
             for blink in blinks:
-                awake[blink.first + 1 : blink.last + 1] = False
+                awake[blink.first + 1 : max(blink.last + 1, blink.first + round(CLOSEST * rate))] = False
                 count[context[blink.first], since[blink.first]] += 1
             np.add.at(exposure, (context[awake], since[awake]), 1 / rate)
         usual = count.sum() / max(exposure.sum(), 1e-9)
@@ -131,6 +134,8 @@ class BlinkRates:
         chance = random.random(len(context))
         for frame, code in enumerate(context):
             since = np.inf if not begun else (frame - begun[-1]) / rate
+            if since < CLOSEST:
+                continue
             hazard = self.context[code] * self.since[np.searchsorted(SINCE, since, side="right")] * share
             if chance[frame] < 1 - np.exp(-hazard / rate):
                 begun.append(frame)

@@ -1,6 +1,7 @@
 """A life for an utterance: movements that the talker made in like places of speech, drawn by chance from a seed."""
 
 from dataclasses import dataclass, replace
+from zlib import crc32
 
 import numpy as np
 
@@ -11,7 +12,9 @@ _TRIED = 80
 """Places of the recordings that are compared where a new stretch begins."""
 _JOIN = 0.4
 """Seconds over which one stretch gives way to the next."""
-_LEAST = 1.0
+_BACK = 1.0
+"""Time constant in seconds by which the head comes back from where another stretch had left it."""
+_LEAST = 2.0
 """Seconds of a stretch that are compared with what is to be said, and that it lasts at least."""
 _ALIKE = 4.0
 """What frames in another context cost, beside joins in deviations."""
@@ -54,8 +57,8 @@ class Moves:
         return replace(self, eyes=self.eyes[which], head=self.head[which])
 
 
-def draw_moves(life: Life, context: np.ndarray, seed: int, share: float = 1.0) -> Moves:
-    """Movements for an utterance, the same for the same seed.
+def draw_moves(life: Life, context: np.ndarray, seed: int, text: str = "", share: float = 1.0) -> Moves:
+    """Movements for an utterance, the same for the same seed and text.
 
     Between blinks eyes, brows and head move as in recorded stretches that are chosen by chance among those whose place
     in speech is alike and which join well (**source**: motion fragments, Edge, Sanchez Lorenzo and Maddock 2004).
@@ -65,22 +68,31 @@ def draw_moves(life: Life, context: np.ndarray, seed: int, share: float = 1.0) -
         life: of the talker.
         context: code (F,) of each frame, at the recordings' rate.
         seed: of chance.
+        text: what is said, so that one seed gives other sentences other lives.
         share: 0 a still face, 1 as lively as the talker: how far eyes and head go, and how often the eyes blink.
     """
     frames, tracks = len(context), life.tracks
-    stretches, blinks = (np.random.default_rng([seed, part]) for part in range(2))
+    stretches, blinks = (np.random.default_rng([seed, crc32(text.encode()), part]) for part in range(2))
     eyes, head = np.zeros((frames, 1 + tracks.eyes.shape[1])), np.zeros((frames, 4))
     for start, at in _stretches(tracks, context, stretches):
         length = min(_left(tracks, at), frames - start)
         weight = (np.ones(length) if start == 0 else _ramp(length, _JOIN * tracks.rate))[:, None]
         here, there = slice(start, start + length), slice(at, at + length)
         eyes[here] += weight * (tracks.awake[there] - eyes[here])
-        head[here] += weight * (tracks.head[there] - head[here])
+        head[here] += weight * (_continued(tracks, there, head[start] if start else None) - head[here])
     eyes, head = share * eyes, share * head
     begun = life.rates.draw(context, tracks.rate, blinks, share) if tracks.recorded else np.array([], int)
     for frame in begun:
         _blink(eyes, tracks, int(frame), blinks)
     return Moves(eyes, head, begun)
+
+
+def _continued(tracks: Tracks, there: slice, now: np.ndarray | None) -> np.ndarray:
+    """The head in a stretch of the recordings (n, 4), begun where it is ``now`` (4,), and led back to where it was."""
+    head = tracks.head[there]
+    if now is None:
+        return head
+    return head + (now - head[0]) * np.exp(-np.arange(len(head)) / (_BACK * tracks.rate))[:, None]
 
 
 def _left(tracks: Tracks, at: int) -> int:
@@ -110,7 +122,7 @@ def _stretches(tracks: Tracks, context: np.ndarray, random: np.random.Generator)
 
 
 def _best(tracks: Tracks, context: np.ndarray, now: int | None, random: np.random.Generator) -> int:
-    """The best of some places of the recordings to go on from, by how alike speech is there and how well it joins."""
+    """The best of some places of the recordings to go on from, by how alike speech is there and how eyes join."""
     left = np.concatenate([np.arange(clip.stop - clip.start, 0, -1) for clip in tracks])
     free = np.flatnonzero(left >= len(context))
     places = random.choice(free, min(_TRIED, len(free)), replace=False)
@@ -118,9 +130,8 @@ def _best(tracks: Tracks, context: np.ndarray, now: int | None, random: np.rando
     cost = _ALIKE * (codes != context).mean(axis=1)
     if now is not None:
         now = min(now, len(tracks.opening) - 1)
-        for track in (tracks.awake, tracks.head):
-            spread = np.maximum(track.std(axis=0), 1e-9)
-            cost += np.sqrt((((track[places] - track[now]) / spread) ** 2).mean(axis=1))
+        spread = np.maximum(tracks.awake.std(axis=0), 1e-9)
+        cost += np.sqrt((((tracks.awake[places] - tracks.awake[now]) / spread) ** 2).mean(axis=1))
     return int(places[cost.argmin()])
 
 

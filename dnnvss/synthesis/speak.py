@@ -94,7 +94,8 @@ class Spoken:
         clock, tiers = FrameClock(Fraction(life.tracks.rate).limit_denominator(1001)), self.plan.alignment
         frames = max(1, clock.edge(len(self.movement) / float(self.clock.rate)))
         context = speech_contexts(tiers, self.plan.text, clock, frames)
-        return draw_moves(life, context, style.seed, style.life).at(clock, self.stage.clock, len(self.shown))
+        moves = draw_moves(life, context, style.seed, self.plan.text, style.life)
+        return moves.at(clock, self.stage.clock, len(self.shown))
 
     def frames(self, part: slice = slice(None), views: tuple[str, ...] | None = None) -> Iterator[np.ndarray]:
         """Yield the pictures of the video, uint8 RGB (H, W_, 3).

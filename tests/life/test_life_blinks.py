@@ -41,16 +41,23 @@ def _told(context: np.ndarray, rates: BlinkRates, seed: int) -> tuple[np.ndarray
 
 def test_rates_are_found_again_in_what_they_draw() -> None:
     context = np.repeat(np.arange(len(CONTEXTS)), 50)
-    true = BlinkRates(np.array([0.3, 0.6, 1.0, 1.2, 2.0]), np.ones(5))
+    true = BlinkRates(np.array([0.3, 0.6, 1.0, 1.2, 2.0]), np.ones(4))
     found = BlinkRates.fit([_told(context, true, seed) for seed in range(150)], RATE)
-    drawn = [len(found.draw(context, RATE, np.random.default_rng(9000 + s))) for s in range(150)]
-    assert np.mean(drawn) == pytest.approx(2 * (0.3 + 0.6 + 1.0 + 1.2 + 2.0), rel=0.1)
+    drawn, told = (np.mean([len(rates.draw(context, RATE, np.random.default_rng(first + s))) for s in range(150)])
+                   for rates, first in ((found, 9000), (true, 5000)))
+    assert drawn == pytest.approx(told, rel=0.1)
     assert found.context * np.average(found.since) == pytest.approx(true.context, rel=0.2)
 
 
 def test_no_share_of_the_rate_gives_no_blink() -> None:
-    rates = BlinkRates(np.full(len(CONTEXTS), 5.0), np.ones(5))
+    rates = BlinkRates(np.full(len(CONTEXTS), 5.0), np.ones(4))
     assert len(rates.draw(np.zeros(500, int), RATE, np.random.default_rng(1), 0.0)) == 0
+
+
+def test_no_blink_begins_while_the_lids_of_the_last_move() -> None:
+    rates = BlinkRates(np.full(len(CONTEXTS), 50.0), np.ones(4))
+    drawn = rates.draw(np.zeros(500, int), RATE, np.random.default_rng(1))
+    assert np.diff(drawn).min() == 5
 
 
 def test_contexts_follow_silence_stress_and_the_end_of_the_phrase() -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -26,7 +27,7 @@ def life() -> Life:
         start = int(random.integers(48, 56))
         clip[start : start + len(LID)] = LID
     eyes = np.stack([1 - opening, *random.normal(0, 0.05, (2, CLIPS, FRAMES)).cumsum(axis=2)], axis=-1)
-    head = random.normal(0, 0.1, (CLIPS, FRAMES, 4)).cumsum(axis=1) * [0.01, 0.01, 1, 1]
+    head = lfilter([1], [1, -0.9], random.normal(0, 0.1, (CLIPS, FRAMES, 4)), axis=1) * [0.01, 0.01, 1, 1]
     tracks = Tracks(np.arange(CLIPS + 1) * FRAMES, eyes.reshape(-1, 3), opening.ravel(), head.reshape(-1, 4),
                     context.ravel(), RATE)
     return Life(EyeModel(region, modes), tracks)
@@ -44,15 +45,16 @@ def test_the_same_seed_gives_the_same_life_and_another_another(life: Life) -> No
     first, again, other = (draw_moves(life, _said(), seed) for seed in (1, 1, 2))
     assert (first.eyes == again.eyes).all() and (first.head == again.head).all()
     assert (first.eyes != other.eyes).any() and list(first.blinks) != list(other.blinks)
+    assert (draw_moves(life, _said(), 1, "other words").head != first.head).any()
 
 
 def test_no_share_is_a_still_face(life: Life) -> None:
-    moves = draw_moves(life, _said(), 3, 0.0)
+    moves = draw_moves(life, _said(), 3, share=0.0)
     assert not moves.eyes.any() and not moves.head.any() and not len(moves.blinks)
 
 
 def test_half_a_share_moves_half_as_far_and_lids_still_shut(life: Life) -> None:
-    half, whole = draw_moves(life, _said(), 3, 0.5), draw_moves(life, _said(), 3)
+    half, whole = draw_moves(life, _said(), 3, share=0.5), draw_moves(life, _said(), 3)
     assert half.head == pytest.approx(whole.head / 2)
     assert 0 < len(half.blinks) < len(whole.blinks)
     assert half.eyes[half.blinks.astype(int) + 1, 0] == pytest.approx(1.0)
