@@ -1,12 +1,17 @@
 """Sentences cut out of one long recording, beside the same sentences as clips of their own.
 
-    python benchmarks/long_recording.py GRID CORPUS WORK [--clips 900] [--texts txt srt] [--jobs 2]
+    python benchmarks/long_recording.py GRID CORPUS WORK [--clips 900] [--texts txt srt] [--jobs 2] [--plain]
 
-Clips of GRID are joined to one file, pictures copied and sound laid in its place, with their landmarks, and with one
-transcript in a single piece without a full stop, or with subtitles. It is prepared as ``corpus=folder`` prepares it.
-Printed are the sentences that are found whole, and how far their speech begins and ends from where it does in a
-prepared corpus of the separate clips, whose sounds are laid on the recording by correlation; the minutes that took; and
-the most memory that the command and its workers held together.
+Clips of GRID are joined to one file, pictures copied and sound laid in its place, with their landmarks (``--plain``:
+without), and with one transcript in a single piece without a full stop, or with subtitles. It is prepared as
+``corpus=folder`` prepares it. Printed are the sentences that are found whole, and how far their speech begins and ends
+from where it does in a prepared corpus of the separate clips, which were aligned with their word times, and whose
+sounds are laid on the recording by correlation; the minutes that took; and the most memory that the command and its
+workers held together.
+
+The sentences get the splits of that corpus, so that what is trained on both is judged by the same sentences:
+
+    python train.py corpus=folder corpus.name=long corpus.out=WORK/txt
 
 GRID is the folder of the recordings (``video``, ``align``, ``landmarks``), CORPUS the prepared corpus, WORK a folder to
 work in; what is there already is gone on with.
@@ -17,7 +22,7 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
@@ -47,8 +52,21 @@ class Sentence(NamedTuple):
     said: tuple[float, float]
 
 
-def joined(grid: Path, clips: Sequence[Path], folder: Path) -> list[Sentence]:
-    """Write the clips as one recording with its landmarks, and return the sentences."""
+def recorded(grid: Path, clips: Sequence[Path], folder: Path, plain: bool) -> list[Sentence]:
+    """The sentences of one recording, which is written with its landmarks, or ``plain`` without, where it is not there.
+    """
+    plan = folder.parent / "sentences.json"
+    if plan.is_file():
+        kept = [Sentence(*row) for row in json.loads(plan.read_text())]
+        if [s.id for s in kept] == [clip.stem for clip in clips] and plain != (folder / "lecture.npz").is_file():
+            return kept
+    made = joined(grid, clips, folder, plain)
+    files.write_text(plan, json.dumps(made))
+    return made
+
+
+def joined(grid: Path, clips: Sequence[Path], folder: Path, plain: bool) -> list[Sentence]:
+    """The sentences of one recording, after writing it with its landmarks, or ``plain`` without."""
     made: list[Sentence] = []
     sounds, points, valid = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
     at = 0
@@ -70,9 +88,10 @@ def joined(grid: Path, clips: Sequence[Path], folder: Path) -> list[Sentence]:
             start = float(at * base)
             made.append(Sentence(clip.stem, start, " ".join(w.label for w in words),
                                  (start + words[0].start, start + words[-1].end)))
-            with np.load(grid / "landmarks" / f"{clip.stem}.npz") as marks:
-                points.append(marks["points"])
-                valid.append(marks["valid"])
+            if not plain:
+                with np.load(grid / "landmarks" / f"{clip.stem}.npz") as marks:
+                    points.append(marks["points"])
+                    valid.append(marks["valid"])
             at += len(own) * step
         track = SoundTrack(out, np.concatenate(sounds), RATE)
         for packet, pts, dts in packets:
@@ -80,16 +99,17 @@ def joined(grid: Path, clips: Sequence[Path], folder: Path) -> list[Sentence]:
             track.write_until(float(dts * base))
             out.mux(packet)
         track.finish()
-    files.write_arrays(folder / "lecture.npz", points=np.concatenate(points), valid=np.concatenate(valid))
-    files.write_text(folder / "landmarks.json", (grid / "landmarks.json").read_text())
+    if not plain:
+        files.write_arrays(folder / "lecture.npz", points=np.concatenate(points), valid=np.concatenate(valid))
+        files.write_text(folder / "landmarks.json", (grid / "landmarks.json").read_text())
     return made
 
 
 def prepared(folder: Path, out: Path, jobs: int) -> tuple[float, float]:
     """Minutes and MB that preparing a folder took."""
     command = [sys.executable, "-m", "data_prep", "corpus=folder", f"corpus.raw={folder}", f"corpus.out={out}",
-               "corpus.name=long", "corpus.importer.variant=en_gb", "+corpus.importer.lexicon.a=EY",
-               '+corpus.importer.lexicon.white="W AY T"', f"jobs={jobs}"]
+               "corpus.name=long", "corpus.importer.variant=en_gb", "corpus.importer.sync=true",
+               "+corpus.importer.lexicon.a=EY", '+corpus.importer.lexicon.white="W AY T"', f"jobs={jobs}"]
     began, most = time.monotonic(), 0.0
     with subprocess.Popen(command) as process:
         while process.poll() is None:
@@ -112,16 +132,17 @@ def memory(process: int) -> float:
     return total + sum(memory(int(child)) for child in children)
 
 
-def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> None:
-    """Print how far the edges of the sentences are from where they are in the separate clips."""
+def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> dict[str, str]:
+    """The utterance of each sentence, after printing how far its edges are from where they are in its own clip."""
     corpus = Corpus.open(out)
     found = []
     for u in corpus.utterances.values():
         clip = json.loads((out / ".stages" / "clips" / f"{u.id}.json").read_text())["result"]
         words = [s for s in u.alignment["words"] if s.label]
-        found.append((clip["start"] + words[0].start, clip["start"] + words[-1].end, [w.label for w in words]))
+        start = clip["start"] + laid(read_audio(corpus.path(u, "audio")), out, clip["start"])
+        found.append((start + words[0].start, start + words[-1].end, [w.label for w in words], u.id))
     starts = np.array([row[0] for row in found])
-    off, whole, missing = list[tuple[float, float]](), 0, list[str]()
+    off, same, missing = list[tuple[float, float]](), dict[str, str](), list[str]()
     known = [s for s in sentences if s.id in separate.utterances]
     for sentence in known:
         own = separate.utterances[sentence.id]
@@ -131,15 +152,24 @@ def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> None
         if row[2] != [w.label for w in words]:
             missing.append(sentence.id)
             continue
-        whole += 1
+        same[sentence.id] = row[3]
         off.append((row[0] - late - words[0].start, row[1] - late - words[-1].end))
     edges = np.array(off)
     good = (np.abs(edges) < CLOSE).all(axis=1).sum()
-    print(f"{len(found)} utterances; {whole} of {len(known)} sentences whole ({100 * whole / len(known):.1f} %), "
-          f"{good} within {1000 * CLOSE:.0f} ms ({100 * good / len(known):.1f} %); median "
+    print(f"{len(found)} utterances; {len(same)} of {len(known)} sentences whole "
+          f"({100 * len(same) / len(known):.1f} %), {good} within {1000 * CLOSE:.0f} ms "
+          f"({100 * good / len(known):.1f} %); median "
           f"{1000 * np.median(edges[:, 0]):.0f} and {1000 * np.median(edges[:, 1]):.0f} ms, 95th percentile of the "
           f"amount {1000 * np.percentile(np.abs(edges), 95):.0f} ms")
     print("not whole:", " ".join(missing) or "none")
+    return same
+
+
+def split_alike(separate: Corpus, same: Mapping[str, str], out: Path) -> None:
+    """Put the sentences into the splits in which they are in the corpus of the separate clips."""
+    for split in ("train", "val", "test"):
+        names = [same[u.id] for u in separate.split(split) if u.id in same]
+        files.write_text(out / "splits" / f"{split}.txt", "".join(f"{name}\n" for name in names))
 
 
 def laid(sound: np.ndarray, out: Path, start: float) -> float:
@@ -160,10 +190,12 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=900)
     parser.add_argument("--texts", nargs="+", default=["txt", "srt"], choices=["txt", "srt"])
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--plain", action="store_true", help="give no landmarks: they are found in the pictures")
     given = parser.parse_args()
     raw = files.make_folder(given.work / "raw")
     clips = sorted((given.grid / "video").glob("*.mp4"))
-    sentences = joined(given.grid, clips[:: max(1, len(clips) // given.clips)][: given.clips], raw)
+    sentences = recorded(given.grid, clips[:: max(1, len(clips) // given.clips)][: given.clips], raw, given.plain)
+    separate = Corpus.open(given.corpus)
     for kind in given.texts:
         for old in (raw / "lecture.txt", raw / "lecture.srt"):
             files.remove(old)
@@ -173,7 +205,7 @@ def main() -> None:
             write_srt(raw / "lecture.srt", [Cue(*s.said, s.text) for s in sentences])
         minutes, most = prepared(raw, given.work / kind, given.jobs)
         print(f"{len(sentences)} sentences, {kind}: {minutes:.1f} minutes, {most:.0f} MB at most")
-        compared(sentences, Corpus.open(given.corpus), given.work / kind)
+        split_alike(separate, compared(sentences, separate, given.work / kind), given.work / kind)
 
 
 if __name__ == "__main__":
