@@ -24,8 +24,12 @@ _PARTS = word_set("p s paragraph sentence br")
 _STRONG = {"none": "", "x-weak": "", "weak": "minor", "medium": "major", "strong": "major", "x-strong": "major"}
 _RATES = {"x-slow": 0.5, "slow": 0.75, "medium": 1.0, "default": 1.0, "fast": 1.25, "x-fast": 1.6}
 _SPELT = word_set("characters character spell-out spell verbatim letters digits telephone")
-_READ = word_set("cardinal number date time currency fraction unit address name measure text")
+_COUNTED = word_set("cardinal number")
+_READ = _COUNTED | word_set("date time currency fraction unit address name measure text")
 _UNHEARD = {"voice": "another voice", "lang": "another language"}
+_ILL_WRITTEN = re.compile(rf"</?(?:{'|'.join(sorted(_SILENT - {'a', 'b', 'i', 'u', 'w'}))}|break|sub|phoneme)\b"
+                          r"|<\s*/?\s*(?:speak|break|prosody|emphasis|say-as|phoneme|sub)\b[^<>]*>", re.IGNORECASE)
+"""What was meant for a tag."""
 KNOWN = "break, emphasis, p, s, phoneme, prosody (rate), say-as, speak and sub"
 """Tags that change what is said or when."""
 
@@ -39,6 +43,7 @@ class Reading:
         rate: how fast, 1 as usual.
         spelt: sign by sign.
         ordinal: a number in it is a rank.
+        counted: a number in it is no year.
         dates: order of day, month and year (``dmy``), empty where none is told.
         phones: how it is said, in ARPAbet; empty where that is not told.
         written: what stands in the text in its place, where that is something else.
@@ -49,6 +54,7 @@ class Reading:
     rate: float = 1.0
     spelt: bool = False
     ordinal: bool = False
+    counted: bool = False
     dates: str = ""
     phones: str = ""
     written: str = ""
@@ -84,8 +90,10 @@ def pieces_of(text: str, lenient: bool = False) -> list[Piece]:
         lenient: pass over tags that are not understood.
 
     Raises:
-        DnnvssError: a tag that is not understood, or a value of one; the message names it.
+        DnnvssError: a tag or an entity that is not understood, or a value of a tag; the message names it.
     """
+    if not lenient and (unknown := next((m[0] for m in _ENTITY.finditer(text) if html.unescape(m[0]) == m[0]), "")):
+        raise DnnvssError(f"the entity {unknown} is not known", remedy="Write the sign itself, or & as &amp;")
     if "<" not in text:
         return [Piece(_decoded(text))]
     reader = _Reader(lenient)
@@ -127,8 +135,7 @@ class _Reader:
 
     def checked(self, text: str) -> str:
         """Text between tags; one that is written wrongly is no text."""
-        if (wrong := re.search(rf"</?(?:{'|'.join(sorted(_SILENT - {'a', 'b', 'i', 'u', 'w'}))}|break|sub|phoneme)\b",
-                               text)) and not self.lenient:
+        if (wrong := _ILL_WRITTEN.search(text)) and not self.lenient:
             raise DnnvssError(f"the tag {text[wrong.start():][:40]!r} cannot be read",
                               remedy="Write tags as <break time=\"500ms\"/>, their values in quotes")
         return text
@@ -212,6 +219,8 @@ def _changed(reading: Reading, name: str, values: dict[str, str]) -> Reading:
             return replace(reading, ordinal=True)
         if kind == "date":
             return replace(reading, dates=values.get("format", "").lower())
+        if kind.removeprefix("vxml:") in _COUNTED:
+            return replace(reading, counted=True)
         if kind.removeprefix("vxml:") not in _READ:
             raise DnnvssError(f"say-as interpret-as={kind!r} is not understood",
                               remedy=f"Use one of {', '.join(sorted((_SPELT | _READ | {'ordinal'}) - {'text'}))}")

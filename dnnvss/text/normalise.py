@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from dnnvss.errors import DnnvssError
 from dnnvss.text import derive, numbers, quantities, wording
+from dnnvss.text.dates import in_order
 from dnnvss.text.lexicon import check_phones, name_of
 from dnnvss.text.markup import PLAIN, Piece, pieces_of
 from dnnvss.text.tokens import Token, table
@@ -71,6 +72,8 @@ def _read(piece: Piece, british: bool, shouting: bool, lenient: bool, found: lis
         inner = [Token(sign, tuple(said)) for sign in piece.text if (said := _spelt(sign))]
     else:
         text = _RANK.sub(r"\1th", piece.text) if how.ordinal else piece.text
+        text = _YEAR.sub(lambda m: f"{int(m[0]):,}", text) if how.counted else text
+        text = in_order(text, how.dates) if how.dates else text
         _scan(text, british, shouting, lenient, inner)
     if inner and not inner[0].words:
         _break(found, "major", inner.pop(0).pause)
@@ -80,6 +83,8 @@ def _read(piece: Piece, british: bool, shouting: bool, lenient: bool, found: lis
                       written=how.written or token.written) for token in inner]
 
 
+_YEAR = re.compile(r"(?<![\d.,])[1-9]\d{3,11}(?![\d,])")
+"""A number without signs between its thousands."""
 _RANK = re.compile(r"\b(\d{1,12})\b(?!\s*th)")
 
 

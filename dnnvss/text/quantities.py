@@ -207,6 +207,7 @@ def rules() -> list[Rule]:
     half = r"(?P<half>[ap]\.?m\b\.?)"
     pairs: list[tuple[str, int, Callable[[re.Match[str], bool], Said]]] = [
         (rf"(?P<y>\d{{4}})-(?P<m>\d\d)-(?P<d>\d\d){_END}", 0, _iso_date),
+        (rf"(?P<y>\d{{4}})/(?P<m>\d{{1,2}})/(?P<d>\d{{1,2}}){_END}", 0, _iso_date),
         (rf"(?P<a>\d{{1,2}})/(?P<b>\d{{1,2}})/(?P<y>\d{{4}}|\d\d){_END}", 0, _slash_date),
         (rf"(?:the\s)?(?P<d>\d{{1,2}})(?:st|nd|rd|th)?\s(?:of\s)?{_MONTH}(?:,?\s(?P<y>\d{{4}}))?{_END}", i, _day_month),
         (rf"{_MONTH}\s(?:the\s)?(?P<d>\d{{1,2}})(?:st|nd|rd|th)?(?:,?\s(?P<y>\d{{4}}))?(?![\w:]|,\d|\s?{half}|\s?%|-\d)",

@@ -12,10 +12,12 @@ from dnnvss.text.tokens import Token, table, word_set
 LONGEST = 60
 """Letters of the longest word that is read."""
 
-_SPELT = word_set("us it am id ai la ad ac dc pe led who sat ip os uk eu un tv pc hr pr ny")
-_NAMED = word_set("aws gpu nyc usb hdmi dvd cpu usa uae sql url faq rsvp diy eta iq vip atm abc")
+_SPELT = word_set("us it am id ai la ad ac dc pe led who sat ip os uk eu un tv pc hr pr ny "
+                  "coo sec ev er im ib ups avi ide")
+_NAMED = word_set("aws gpu nyc usb hdmi dvd cpu usa uae sql url faq rsvp diy eta iq vip atm abc "
+                  "gdp gps ucla aclu ngo raf uri fyi ct")
 """Acronyms that are spelt however they are written."""
-_CLEAR = _NAMED | word_set("ai tv pc uk eu os ip hr ny dc")
+_CLEAR = _NAMED | word_set("ai tv pc uk eu os ip hr ny dc ev")
 """Acronyms that are spelt in a text of capitals too."""
 _SOUNDS = word_set("tsk nth pst hm mm sh hmm psst pfft brr grr")
 _SHORT = 6  # letters of a word that may be an acronym in lower case

@@ -25,6 +25,14 @@ def spoken(text: str) -> str:
     ('<say-as interpret-as="cardinal">12</say-as>', "twelve"),
     ('<say-as interpret-as="date" format="dmy">3/4/2020</say-as>', "the third of april twenty twenty"),
     ('<say-as interpret-as="date" format="mdy">3/4/2020</say-as>', "march fourth twenty twenty"),
+    ('<say-as interpret-as="date" format="ymd">2020/3/4</say-as>', "march fourth twenty twenty"),
+    ('<say-as interpret-as="date" format="yyyymmdd">20200304</say-as>', "march fourth twenty twenty"),
+    ('<say-as interpret-as="date" format="my">3/2020</say-as>', "march twenty twenty"),
+    ('<say-as interpret-as="date" format="md">3.4</say-as>', "march fourth"),
+    ('<say-as interpret-as="date" format="y">1999</say-as>', "nineteen ninety nine"),
+    ('<say-as interpret-as="date" format="dmy">4 March 2020</say-as>', "the fourth of march twenty twenty"),
+    ('<say-as interpret-as="cardinal">2024</say-as> 2024', "two thousand twenty four twenty twenty four"),
+    ("on 2020/3/4", "on march fourth twenty twenty"),
     ("Tom &amp; Jerry said it&#39;s fun &#x2014; caf&eacute;", "tom and jerry said it's fun cafe"),
     ("5 &lt; 6 and AT&T; R&D", "five less than six and a t and t r and d"),
     ("<![CDATA[one]]> two <!-- three --> four", "one two four"),
@@ -83,7 +91,7 @@ def test_emphasis_nests_and_ends() -> None:
     ('<mstts:express-as style="cheerful">Great</mstts:express-as>', "<mstts:express-as>"),
     ("<audio src='a.mp3'/> hi", "<audio>"), ("<say-as interpret-as='expletive'>x</say-as>", "'expletive'"),
     ("<break time='soon'/> hi", "'soon'"), ("<break time=2s> hi", "<break time=2s>"),
-    ("<sub alias='x'>y", "not closed"),
+    ("<sub alias='x'>y", "not closed"), ("&nosuch; hi", "&nosuch;"), ("< speak >hi</ speak >", "< speak >"),
     ("<prosody rate='warp'>x</prosody>", "'warp'"), ("<break strength='odd'/> x", "'odd'")])
 def test_what_is_not_understood_is_named(text: str, said: str) -> None:
     with pytest.raises(DnnvssError, match=said):
@@ -100,6 +108,7 @@ def test_what_changes_nothing_is_told_of_its_words() -> None:
     ("GPU vs CPU", "g p u vs c p u"), ("The GPU and the CPU", "the g p u and the c p u"),
     ("USB to HDMI", "u s b to h d m i"),
     ("AWS EC2", "a w s e c two"), ("the gpu, the hdmi, the nyc", "the g p u the h d m i the n y c"),
+    ("MIT and UCLA", "mit and u c l a"), ("GPS VS GDP", "g p s vs g d p"), ("a CT of the ER", "a c t of the e r"),
     ("JOHN WENT HOME AND SAW NASA", "john went home and saw nasa"), ("GIVE IT TO US", "give it to us"),
     ("hmm shh tsk psst", "hmm shh tsk psst"), ("Nguyen and Mbeki", "nguyen and mbeki")])
 def test_acronyms_are_spelt_and_words_are_not(text: str, words: str) -> None:
