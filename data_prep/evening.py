@@ -124,6 +124,8 @@ def told(known: dict[str, Any], seen: dict[str, Any]) -> list[str]:
     if tuple(known["size"]) != tuple(seen["size"]):
         shape = "" if known["pixel"] == "1" else f" with pixels of {known['pixel'].replace('/', ':')}"
         notes.append("brought from {} x {}{} to {} x {} pixels".format(*known["size"], shape, *seen["size"]))
+    if known.get("spare"):
+        notes.append(f"it has a sound of its own: {known['spare']} is not used")
     if known["ends"] > AMISS:
         notes.append(f"its sound goes on for {known['ends']:.1f} s after its last picture (left out)")
     if known["ends"] < -AMISS:

@@ -1,5 +1,6 @@
 """Any folder of recordings: a video or a sound, its words and its landmarks for each sentence."""
 
+import shlex
 from collections import Counter
 from collections.abc import Mapping
 from itertools import islice
@@ -20,6 +21,7 @@ from dnnvss.face.landmarker import ROWS, mesh_groups
 from dnnvss.formats import (
     LAYOUT_68,
     MESHES,
+    SUBTITLES,
     Marks,
     is_words_csv,
     read_alignment,
@@ -27,12 +29,10 @@ from dnnvss.formats import (
     read_marks,
     read_timed_text,
 )
-from dnnvss.formats.htk import holds_times, is_transcript
-from dnnvss.media.folders import VIDEOS, is_visible
+from dnnvss.formats.htk import is_transcript
+from dnnvss.formats.transcripts import check_transcript
+from dnnvss.media.folders import SOUNDS, VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
-
-SOUNDS = (".wav", ".flac", ".mp3")
-"""Kinds of sound beside a recording that has none; where an id has several, the first."""
 
 _LOOKED_AT = 10_000  # files in folders inside, at most
 _WORDS = "Write the words of the recording there"
@@ -171,7 +171,7 @@ def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
     A ``.lab`` of words, as the Montreal Forced Aligner wants it, is a transcript.
 
     Raises:
-        DnnvssError: the transcript holds times.
+        DnnvssError: there is no transcript, or it is none.
     """
     times, lab = raw.get(name, ".textgrid"), raw.get(name, ".lab")
     words = lab is not None and is_transcript(files.read_text(lab, _WORDS))
@@ -181,10 +181,27 @@ def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
     if times is None and table is not None and is_words_csv(table) and "phones" in read_alignment(table):
         times = table
     transcript = raw.get(name, ".txt") or (lab if lab is not None and words else raw.path(name, ".txt"))
-    if transcript.is_file() and holds_times(files.read_text(transcript, _WORDS)):
-        raise DnnvssError("holds times, and no text", file=transcript, utterance=name,
-                          remedy=f"Put the words alone there, and the times into {name}.TextGrid or {name}.lab")
+    if not transcript.is_file():
+        raise DnnvssError("no such file", file=transcript, remedy=_beside(raw, name) or _WORDS)
+    check_transcript(transcript, name)
     return transcript, times
+
+
+_DOCUMENTS = (".rtf", ".doc", ".docx", ".odt", ".pages", ".pdf", ".html", ".htm", ".md", ".text")
+_SUBTITLES = (".ass", ".ssa", ".sbv", ".sub", ".ttml", ".dfxp", ".lrc", ".smi", ".stl", ".scc", ".xml")
+
+
+def _beside(raw: Shelf, name: str) -> str:
+    """What to do where a recording has no text that is read, but perhaps another; nothing where it has none."""
+    for path in raw.others(name):
+        shown, suffix = files.printable(path.name), path.suffix.lower()
+        if suffix in _DOCUMENTS:
+            return f"{shown} is not read: save its words as plain text, {name}.txt"
+        if suffix in _SUBTITLES:
+            return f"{shown} is not read: ffmpeg -i {shlex.quote(shown)} {shlex.quote(f'{name}.srt')}"
+        if suffix in (".txt", *SUBTITLES):
+            return f"{shown} is not taken, for its name is another one: if it is its text, rename it {name}{suffix}"
+    return ""
 
 
 def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
-from dnnvss.media import SPEECH_RATE, timed_audio, timed_frames, video_info, write_wav
+from dnnvss.media import SPEECH_RATE, read_audio, timed_audio, timed_frames, video_info, write_wav
 from dnnvss.timing.rates import rate_of, rising
 
 SILENT = 1e-3
@@ -31,7 +31,7 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
     Returns:
         ``frames`` of the file and their ``rate``; ``size`` of the upright picture and shape of its ``pixel``; whether
         it is ``plain``; the path of the ``sound``, the seconds at which it ``starts`` after the first picture and
-        ``ends`` after the last one.
+        ``ends`` after the last one; the name of a sound that is to ``spare``.
 
     Raises:
         DnnvssError: the video cannot be read, has no sound or only silence.
@@ -43,6 +43,7 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
     times, small = _pictures(video)
     rate = rate_of(seconds := rising(times, info.told[0] if info.told else info.rate), info.told)
     heard = heard_in(video, sound)
+    spare = sound.name if sound is not None and heard == video else ""
     samples, first = timed_audio(heard, SPEECH_RATE)
     starts = first - (times[0] or 0.0) if heard == video else 0.0
     duration = float(seconds[-1]) + float(1 / rate)
@@ -54,12 +55,14 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
     ends = starts - delay + len(samples) / SPEECH_RATE - duration
     return {"frames": len(small), "rate": str(rate), "size": list(info.size), "pixel": str(info.pixel),
             "plain": info.plain, "starts": round(starts, 5), "ends": round(ends, 2),
-            "sound": str(copied.relative_to(out))}
+            "sound": str(copied.relative_to(out)), "spare": spare}
 
 
 def heard_in(video: Path, sound: Path | None) -> Path:
-    """The file whose sound a recording has: its video, or the one beside it where the video has none."""
-    return video if sound is None or video_info(video).has_audio else sound
+    """The file whose sound a recording has: its video, or the one beside it where the video has none or silence."""
+    if sound is None or not video_info(video).has_audio:
+        return sound or video
+    return video if np.abs(read_audio(video, SPEECH_RATE)).max(initial=0.0) >= SILENT else sound
 
 
 def _pictures(video: Path) -> tuple[list[float | None], np.ndarray]:

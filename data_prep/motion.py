@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from data_prep.capture.stages import Done, groups_of, repaired
-from data_prep.folder import SOUNDS, written
+from data_prep.folder import written
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.shelf import Shelf
@@ -22,6 +22,7 @@ from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import Curves, marker_columns, read_curves, read_markers, write_npz
 from dnnvss.formats.openface import Landmarks
+from dnnvss.media.folders import SOUNDS
 from dnnvss.text.sentence import spoken_words
 from dnnvss.timing import FrameClock
 from dnnvss.timing.rates import even_frames, rate_of

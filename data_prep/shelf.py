@@ -7,17 +7,23 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from dnnvss.errors import DnnvssError
-from dnnvss.formats import is_words_csv
-from dnnvss.media.folders import is_visible
+from dnnvss.formats import SUBTITLES, is_words_csv
+from dnnvss.media.folders import SOUNDS, VIDEOS, is_visible
 
+_RECORDED = {*VIDEOS, ".c3d", ".trc"}
+_SUFFIX = "|".join(map(re.escape, (*VIDEOS, *SOUNDS, ".txt", ".lab", *SUBTITLES)))
+_SPARE = re.compile(rf"(?:{_SUFFIX}"
+                    r"|\.(?:en|eng|english)(?:[-_][A-Za-z]{2,8})*|\.(?:auto|sdh|cc))$", re.IGNORECASE)
+"""What programs add to a name before the suffix: a suffix (clip.wav.srt, clip.txt.txt), or that it is English."""
 _FRAME = re.compile(r"(.+)_\d+")
 
 
 class Shelf:
     """A folder of recordings, read once.
 
-    Names that differ in how accents are stored (composed, or as macOS keeps them) are of one recording, and the case of
-    a suffix does not matter. Bytes of a name that are not UTF-8 are read as Windows's cp1252.
+    Names that differ in how accents are stored (composed, or as macOS keeps them) are of one recording; case does not
+    matter, nor do a suffix too many or a mark of English beside a video (``clip.mp4.txt``, ``clip.en.srt``). Bytes
+    of a name that are not UTF-8 are read as Windows's cp1252.
 
     Args:
         root: the folder.
@@ -41,6 +47,23 @@ class Shelf:
                     self._frames.setdefault(match[1], []).append(path)
             elif path.is_dir() and any(p.suffix.lower() == ".pts" for p in path.iterdir()):
                 self._folders[id_of(path.name)] = path
+
+        self._join()
+
+    def _join(self) -> None:
+        """Give a recording the files whose names are its own with a suffix too many, or in another case."""
+        filmed = {name for name, kinds in self._files.items() if not _RECORDED.isdisjoint(kinds)}
+        low = {name.casefold(): name for name in sorted(filmed, reverse=True)}
+        for name in [n for n in self._files if n not in filmed]:
+            if (owner := low.get(_plain(name).casefold())) is not None and owner != name:
+                for suffix, path in self._files[name].items():
+                    self._files[owner].setdefault(suffix, path)
+                del self._files[name]
+
+    def others(self, name: str) -> list[Path]:
+        """The files whose names begin with that of a recording."""
+        return [path for other, kinds in self._files.items() if other == name or other.startswith(f"{name}.")
+                for path in kinds.values()]
 
     def of_kind(self, *suffixes: str) -> Iterator[tuple[str, Path]]:
         """Each recording with a file of one of these suffixes, which come first to last, and that file."""
@@ -67,6 +90,13 @@ class Shelf:
             if single is not None and not (single.suffix.lower() == ".csv" and is_words_csv(single)):
                 return (single,)
         return tuple(self._frames.get(name, ()))
+
+
+def _plain(name: str) -> str:
+    """A name without what programs add to it."""
+    while (bare := _SPARE.sub("", name)) != name and bare:
+        name = bare
+    return name.strip()
 
 
 def id_of(stem: str) -> str:

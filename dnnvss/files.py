@@ -345,7 +345,8 @@ def read_text(path: str | Path, remedy: str) -> str:
     """The text in a file, whichever encoding its editor chose (:func:`text_encoding`); lines end in ``\\n``.
 
     Raises:
-        DnnvssError: the file is missing or in another encoding; names the first byte that does not fit and its line.
+        DnnvssError: the file is missing, in another encoding, or holds control characters; names the first byte or
+            character that does not fit and its line.
     """
     path = Path(path)
     data: bytes = read(path, Path.read_bytes, remedy)
@@ -355,7 +356,12 @@ def read_text(path: str | Path, remedy: str) -> str:
         line = data[: error.start].count(b"\n") + 1
         raise DnnvssError(f"line {line}: byte {error.start} ({data[error.start]:#04x}) is no {error.encoding}",
                           file=path, remedy="Save it as UTF-8") from error
-    return text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a")
+    text = text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a")
+    if control := _CONTROL.search(text):
+        line = text.count("\n", 0, control.start()) + 1
+        raise DnnvssError(f"line {line}: U+{ord(control[0]):04X} is a control character, and this is no text",
+                          file=path, remedy="Save it as plain text, UTF-8")
+    return text
 
 
 def text_encoding(data: bytes) -> str:
@@ -381,6 +387,8 @@ def text_encoding(data: bytes) -> str:
     return "utf-8-sig"
 
 
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
+"""Characters that no editor writes."""
 _NO_TEXT = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x19\x1b-\x1f\x7f\x81\x8d\x8f\x90\x9d]")
 """Control characters, and bytes that mean nothing in cp1252."""
 

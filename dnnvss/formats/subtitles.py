@@ -55,6 +55,11 @@ def read_subtitles(path: str | Path) -> tuple[Cue, ...]:
     return tuple(cues)
 
 
+def holds_cues(text: str) -> bool:
+    """Whether a text has a line of two times, as subtitles have."""
+    return any(_TIMES.fullmatch(line) for line in text.split("\n"))
+
+
 def _blocks(text: str, path: Path) -> list[tuple[int, float, float, list[str]]]:
     """Line, start, end and lines of text of each cue."""
     lines = text.lstrip("\ufeff").split("\n")

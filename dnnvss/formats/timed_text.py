@@ -10,6 +10,7 @@ from dnnvss.formats.labels import word_of
 from dnnvss.formats.pace import check_cues
 from dnnvss.formats.recognised import read_recognised
 from dnnvss.formats.rows import table_rows
+from dnnvss.formats.stamped_text import stamped_cues
 from dnnvss.formats.subtitles import read_subtitles
 from dnnvss.formats.textgrid import read_textgrid
 from dnnvss.formats.words import columns_of, read_words_csv
@@ -24,7 +25,7 @@ TIMED = (*SUBTITLES, ".json")
 def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
     """What is said and about when: subtitles, word times (CSV, TextGrid, a recogniser's JSON), or plain text.
 
-    A plain text gives a cue a line, without times.
+    A plain text gives a cue a line, without times where its lines have none.
 
     Raises:
         DnnvssError: another suffix, a damaged file, or no word in it.
@@ -43,7 +44,8 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
                 raise DnnvssError("holds no tier of words", file=path, remedy="Name the tier of words words")
             return _words(grid["words"], path)
         case ".txt" | ".lab":
-            return tuple(_lines(files.read_text(path, "Write the words of the recording there")))
+            text = files.read_text(path, "Write the words of the recording there")
+            return stamped_cues(text) or tuple(_lines(text))
     raise DnnvssError(f"text of the kind {path.suffix!r} is not understood", file=path,
                       remedy="Use .srt, .vtt, .txt, .json, .csv (start,end,word) or .TextGrid")
 

@@ -5,8 +5,11 @@ from pathlib import Path
 from dnnvss.errors import DnnvssError
 
 VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".mpg", ".mpeg", ".webm", ".m4v", ".wmv", ".mts", ".m2ts", ".ts", ".3gp",
-          ".flv", ".mxf", ".vob", ".dv", ".ogv")
+          ".flv", ".mxf", ".vob", ".dv", ".ogv", ".asf", ".qt", ".f4v", ".3g2", ".m2v", ".m2t", ".mpe", ".divx", ".mod",
+          ".rm", ".rmvb", ".y4m", ".mj2", ".nut")
 """Kinds of video; where a name has several, the first."""
+SOUNDS = (".wav", ".flac", ".mp3", ".m4a", ".aac", ".ogg", ".opus", ".aif", ".aiff", ".wma", ".caf", ".w64")
+"""Kinds of sound beside a recording that has none; where a name has several, the first."""
 
 
 def is_visible(path: Path) -> bool:

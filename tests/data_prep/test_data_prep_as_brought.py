@@ -10,12 +10,14 @@ import pytest
 from films import talker_folder
 
 from data_prep.align import contrast
-from data_prep.folder import prepare_folder
+from data_prep.folder import prepare_folder, written
+from data_prep.shelf import Shelf
 from data_prep.splits import resolved
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, write_alignment
+from dnnvss.media import read_audio, read_video, write_video, write_wav
 from dnnvss.timing import Tier
 
 
@@ -92,6 +94,40 @@ def test_names_of_every_system_and_editor_are_one_recording(raw: Path, tmp_path:
     corpus, report = prepared(raw, tmp_path / "out")
     assert set(corpus.utterances) == {"demo_000", "caf\u00e9_1", "m\u00fcll", "demo_003", "demo_004"}
     assert "the name caf\\xe9_1.mp4 is not UTF-8" in report
+
+
+def test_names_with_a_suffix_too_many_or_of_a_language_are_of_their_video(tmp_path: Path) -> None:
+    for name in ("a.mp4", "a.mp4.txt", "A.TextGrid", "b.mov", "b.en-US.srt", "b.wav.vtt", "b.de.srt", "c.mkv",
+                 "c.txt.TXT", "c.wav", "d.e.mp4", "d.e.txt"):
+        (tmp_path / name).write_text("hi")
+    shelf = Shelf(tmp_path)
+    taken = {name: [p.name for s in (".txt", ".textgrid", ".srt", ".vtt", ".wav") if (p := shelf.get(name, s))]
+             for name in ("a", "b", "c", "d.e")}
+    assert taken == {"a": ["a.mp4.txt", "A.TextGrid"], "b": ["b.en-US.srt", "b.wav.vtt"], "c": ["c.txt.TXT", "c.wav"],
+                     "d.e": ["d.e.txt"]}
+    assert "b.de.srt" in [p.name for p in shelf.others("b")]
+
+
+def test_a_text_that_lies_there_in_another_form_is_named_with_what_to_do(tmp_path: Path) -> None:
+    for name, other, said in (("a", "a.docx", "save its words as plain text, a.txt"),
+                              ("b", "b.de.srt", "rename it b.srt"), ("e", "e.npz", "Write the words"),
+                              ("c d", "c d.ass", "ffmpeg -i 'c d.ass' 'c d.srt'")):
+        (tmp_path / f"{name}.mp4").touch()
+        (tmp_path / other).touch()
+        with pytest.raises(DnnvssError, match="no such file") as found:
+            written(Shelf(tmp_path), name)
+        assert said in str(found.value)
+
+
+def test_a_muted_video_takes_the_sound_beside_it_and_a_spare_sound_is_told(raw: Path, tmp_path: Path) -> None:
+    for name, level in (("demo_001", 0.0), ("demo_002", 1.0)):
+        pictures, sound = read_video(raw / f"{name}.mp4"), read_audio(raw / f"{name}.mp4")
+        write_wav(raw / f"{name}.wav", sound, 16000)
+        write_video(raw / f"{name}.mp4", pictures, 30, level * sound)
+    corpus, report = prepared(raw, tmp_path / "out")
+    assert {"demo_001", "demo_002"} <= set(corpus.utterances)
+    assert "demo_002 | it has a sound of its own: demo_002.wav is not used" in report
+    assert "demo_001.wav" not in report
 
 
 @pytest.mark.parametrize("encoded, noted", [

@@ -8,6 +8,7 @@ import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import Cue, in_order, is_words_csv, read_timed_text
+from dnnvss.formats.transcripts import check_transcript
 
 SRT = """1
 00:00:00,950 --> 00:00:02,120
@@ -85,6 +86,32 @@ def test_times_of_all_editors_are_read(tmp_path: Path, times: str, start: float,
         found = read_timed_text(written(tmp_path, name, text))
         assert [c.text for c in found] == [c.text for c in want], name
         assert [t for c in found for t in (c.start, c.end)] == pytest.approx([start, end, 3723.25, 3724.5])
+
+
+@pytest.mark.parametrize("text", [
+    "0:00\nHello there,\nyou.\n1:02:03\nBye.\n", "[00:00] Hello there, you.\n[1:02:03.0] Bye.\n",
+    "(0:00) Hello there,\nyou.\n\n(1:02:03) Bye.\n", "0:00 Hello there, you.\n1:02:03 - Bye.\n",
+    "[00:00.000 --> 01:02:03.000]  Hello there, you.\n[01:02:03.000 --> 01:02:08.000]  Bye.\n"])
+def test_transcripts_with_times_in_their_lines_are_cues(tmp_path: Path, text: str) -> None:
+    assert read_timed_text(written(tmp_path, "a.txt", text)) == (
+        Cue(0.0, 3723.0, "Hello there, you."), Cue(3723.0, 3728.0, "Bye."))
+    with pytest.raises(DnnvssError, match=r"holds (times|subtitles), and no"):
+        check_transcript(tmp_path / "a.txt")
+
+
+@pytest.mark.parametrize("text", ["At 10:30 we left.\n", "10:30 is late.\n", "9:00 to five\nis 8:00 no more\nor less\n",
+                                  "[laughs] I see {it}\n", "1 2 3 test\n"])
+def test_a_text_that_tells_the_time_is_a_text(tmp_path: Path, text: str) -> None:
+    assert check_transcript(written(tmp_path, "a.txt", text)) == text
+
+
+@pytest.mark.parametrize("text, said", [
+    (SRT, "Rename it a.srt"), (VTT, "is WebVTT"), ('{"text": "hi"}', "is JSON"), ("{\\rtf1 hi}", "is RTF"),
+    ("<!DOCTYPE html><p>hi", "is HTML"), ("start,end,word\n0,1,hi\n", "holds times"),
+    ("PK\x03\x04", "control character"), ("0.1 0.2 hi\n0.2 0.3 you\n", "holds times")])
+def test_files_that_only_bear_the_name_of_a_text_are_named(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(DnnvssError, match=said):
+        check_transcript(written(tmp_path, "a.txt", text))
 
 
 @pytest.mark.parametrize("line, said", [
