@@ -19,8 +19,11 @@ from dnnvss.speech.formant import synthesise
 from dnnvss.timing import FrameClock
 
 CREDIT = "Built-in talker of dnnvss, captured by program, no person recorded (MIT)."
-VERSION = 1
+VERSION = 2
 _PITCH, CURVE_RATE = 185.0, 60
+SESSION = "session.json"
+"""What says which session lies in a folder, and whether it is whole; written first and last."""
+_TOLD = {"version", "form", "sentences", "held_out", "seed", "whole"}
 TRUTH = "truth"
 """The folder beside the takes with what is true of each: points, and where markers were swapped or thrown."""
 CURVES: Mapping[str, Mapping[str, float]] = {
@@ -79,21 +82,31 @@ def prepare_session(
         "held_out": held_out,
         "seed": seed,
     }
-    if (
-        not (raw / "session.json").is_file()
-        and raw.is_dir()
-        and any(raw.iterdir())
-        and not (raw / TRUTH).is_dir()
-    ):
-        raise DnnvssError(
-            "is not empty, and no session", file=raw, remedy="Give a new folder: corpus.raw=FOLDER"
-        )
-    if not (raw / "session.json").is_file() or files.read_json(raw / "session.json") != kept:
+    whole = {**kept, "whole": True}
+    if _session_in(raw) != whole:
+        files.write_json(raw / SESSION, {**kept, "whole": False})
         _perform(raw, form, sentences, held_out, seed, Workshop(Path(out), jobs, backend))
-        files.write_json(raw / "session.json", kept)
+        files.write_json(raw / SESSION, whole)
     return prepare_motion(
         raw, out, name=name, credit=CREDIT, jobs=jobs, backend=backend, strict=strict
     )
+
+
+def _session_in(raw: Path) -> dict[str, Any] | None:
+    """What a folder says of the session in it, None where it is empty or not there.
+
+    Raises:
+        DnnvssError: it holds something else, which would be lost.
+    """
+    if not raw.is_dir() or not any(raw.iterdir()):
+        return None
+    path = raw / SESSION
+    told = files.read_json(path) if path.is_file() else None
+    if not isinstance(told, dict) or set(told) != _TOLD:
+        raise DnnvssError(
+            "is not empty, and no session", file=raw, remedy="Give a new folder: corpus.raw=FOLDER"
+        )
+    return told
 
 
 def _perform(

@@ -149,6 +149,21 @@ _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 """Names that mean devices on Windows."""
 
 
+def check_apart(written: Sequence[Path], read: Sequence[Path]) -> None:
+    """Refuse what would be written over a file that is read, links followed, or twice.
+
+    Raises:
+        DnnvssError: there is such a file.
+    """
+    places = [path.resolve() for path in written]
+    for path in read:
+        if path.resolve() in places:
+            raise DnnvssError("is read, and would be written over", file=path, remedy="Give the output another name")
+    for place in places:
+        if places.count(place) > 1:
+            raise DnnvssError("two outputs have this name", file=place, remedy="Name one of them otherwise")
+
+
 def make_folder(path: str | Path) -> Path:
     """A folder that is there when this returns, with those above it.
 

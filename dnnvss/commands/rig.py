@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dnnvss import files
 from dnnvss.commands.flags import Flags
 from dnnvss.commands.usage import DONE
 from dnnvss.errors import DnnvssError
@@ -67,12 +68,15 @@ def main(arguments: Sequence[str]) -> int:
         raise DnnvssError(
             "dnnvss rig needs a take and --out", remedy="dnnvss rig TAKE.csv --out take.mp4"
         )
-    _check(options.out, options.height)
+    _check(options.out, options.height, options.turn)
+    files.check_apart(
+        options.out, [p for p in (options.take, options.head, options.points, options.sound) if p]
+    )
     _write(options)
     return DONE
 
 
-def _check(outputs: Sequence[Path], height: int) -> None:
+def _check(outputs: Sequence[Path], height: int, turn: float) -> None:
     from dnnvss.export.take import check_take_file
 
     for path in outputs:
@@ -80,6 +84,8 @@ def _check(outputs: Sequence[Path], height: int) -> None:
             check_take_file(path)
     if not 16 <= height <= 4320:
         raise DnnvssError(f"--height {height} is no size of a picture", remedy="Give 16 to 4320")
+    if not -360 <= turn <= 360:
+        raise DnnvssError(f"--turn {turn:g} is no angle", remedy="Give -360 to 360 degrees")
 
 
 def _write(options: Namespace) -> None:

@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
+from dnnvss import files
 from dnnvss.commands.conf import choices, conf_folder, read_file
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE, UsageError
@@ -49,6 +50,7 @@ def make(options: argparse.Namespace) -> None:
     """Render a test."""
     from dnnvss.evaluation.finished import run_titles
     from dnnvss.evaluation.viewing.making import make_test
+    from dnnvss.evaluation.viewing.run_scores import note_test
     from dnnvss.studio.viewing import write_page
 
     design = read_design(options.design)
@@ -58,6 +60,8 @@ def make(options: argparse.Namespace) -> None:
         design = replace(design, seed=options.seed)
     with _counted() as told:
         sheet = make_test(design, options.runs, run_titles(options.runs), options.out, options.jobs, told)
+    for folder in note_test(sheet, options.out):
+        print(f"{folder} cannot be written: viewers' scores will not be left there")
     page, out = write_page(options.out), shlex.quote(str(options.out))
     print(f"{len(sheet.stimuli)} stimuli, {len(sheet.lists)} lists of {len(sheet.lists[0])} trials\n"
           f"wrote {page}: open it, put its folder on a web host, or: dnnvss viewing serve {out}\n"
@@ -81,7 +85,7 @@ def serve(options: argparse.Namespace) -> None:
     from dnnvss.studio.server import Server
     from dnnvss.studio.viewing import ViewingDesk
 
-    desk = ViewingDesk(options.test)
+    desk = ViewingDesk(options.test, options.most)
     with Server(desk.page(), options.port, options.host, names=options.name) as server:
         print(f"{len(desk.sheet.lists)} lists, {desk.count} answers so far; open {server.url} (Ctrl-C ends)",
               flush=True)
@@ -118,7 +122,7 @@ def analyse(options: argparse.Namespace) -> None:
     for table in result.tables:
         print(f"\n{table.title}\n{aligned([*table.head], [list(row) for row in table.rows[:_SHOWN]])}")
     written = write_report(result, options.out or test)
-    left = leave_scores(result)
+    left = leave_scores(result, files.digest(test / KEY))
     print(f"\nwrote {written.text}, {written.data}, and {written.page}: open it in a browser"
           + (f"; comparisons of these runs will show the scores: {', '.join(map(str, left))}" if left else ""))
 
@@ -190,6 +194,8 @@ def main(arguments: Sequence[str]) -> int:
     server.add_argument("--host", default="127.0.0.1", help="address to listen on (this machine alone)")
     server.add_argument("--name", action="append", default=[], metavar="NAME[:PORT]",
                         help="another name by which viewers reach it, through a proxy; may be given again")
+    server.add_argument("--most", type=whole(1), default=10_000,
+                        help="answers from which no more are taken (10000)")
     analyser = add("analyse", analyse, "tables and a page of what was answered")
     analyser.add_argument("answers", type=Path, metavar="ANSWERS", help="folder of answers, or the folder of the test")
     analyser.add_argument("--test", type=Path, help="folder of the test; the one around ANSWERS unless given")

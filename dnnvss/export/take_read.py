@@ -15,7 +15,9 @@ from dnnvss.timing import FrameClock
 _RATES = ("24", "25", "29.97", "30", "48", "50", "59.94", "60", "100", "119.88", "120", "240")
 _NEAR = 2e-4
 """Share by which a rate may miss one of the usual ones and be that."""
-_MOST_FRAMES = 2_000_000
+_MOST_FRAMES, _MOST_VALUES = 2_000_000, 50_000_000
+"""Of a take: frames, and values of all its curves; hours of a face."""
+_MOST_BYTES = 500_000_000
 _JITTER = 0.1
 """Frames by which a step between time stamps may differ from a whole number and be one."""
 _REMEDY = "Give the CSV of Live Link Face, a CSV with a name over each curve, or what export_rig=take.json wrote"
@@ -68,18 +70,32 @@ def at_rate(take: Take, clock: FrameClock, path: Path | None = None) -> Take:
     if clock == take.clock:
         return take
     count = max(1, clock.edge(take.clock.seconds(take.frames)))
-    if count > _MOST_FRAMES:
-        raise DnnvssError(f"{count:,} frames are too many", file=path, remedy="Give a lower rate")
+    _check_size(count, len(take.curves), path)
     at = np.array([clock.seconds(k) for k in range(count)])
     curves = {name: np.interp(at, take.seconds, track) for name, track in take.curves.items()}
     return Take(curves, clock, take.start, take.head, take.about)
 
 
+def _check_size(frames: int, curves: int, path: Path | None) -> None:
+    """Refuse a take that is far too long for its curves."""
+    if frames > _MOST_FRAMES or frames * curves > _MOST_VALUES:
+        raise DnnvssError(
+            f"{frames:,} frames of {curves} curves are too many",
+            file=path,
+            remedy="Give a lower rate, or a shorter take",
+        )
+
+
 def _from_json(path: Path) -> Take:
+    if path.is_file() and path.stat().st_size > _MOST_BYTES:
+        raise DnnvssError(
+            f"is larger than {_MOST_BYTES // 10**6} MB", file=path, remedy="Give a shorter take"
+        )
     held = read_record(_Written, path, _REMEDY)
     table = [row for row in held.frames if len(row) == len(held.names)]
     if held.format != "dnnvss-take" or not table or len(table) < len(held.frames):
         raise DnnvssError("is no take, or a frame of it lacks a curve", file=path, remedy=_REMEDY)
+    _check_size(len(table), len(held.names), path)
     values = np.array(table, float)
     if not np.isfinite(values).all():
         raise DnnvssError("holds a value that is no number", file=path, remedy=_REMEDY)
@@ -106,8 +122,7 @@ def _from_csv(path: Path, rate: FrameClock | None) -> Take:
     times = held.times - held.times[0]
     clock = rate or _usual(times)
     count = max(1, round(float(times[-1]) * float(clock.rate)) + 1)
-    if count > _MOST_FRAMES:
-        raise DnnvssError(f"{count:,} frames are too many", file=path, remedy="Give a lower rate")
+    _check_size(count, len(names), path)
     places = times * float(clock.rate)
     steps = np.diff(places)
     whole = np.concatenate([[0.0], np.cumsum(np.round(steps))])

@@ -10,13 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from dnnvss.archives import Held, read_declared
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats.tracked import IN_MM, Markers
+from dnnvss.shortages import MEMORY
 
 _WORKER = Path(__file__).with_name("c3d_worker.py")
 _REMEDY = "Export the take again, or as TRC"
 _MAGIC, _BLOCK = 0x50, 512
-_SECONDS = 120
+_SECONDS, _PATIENCE = 120, 1200
+"""Seconds of a processor that reading may take, and those of the clock on a machine that is busy."""
+_KILLED, _LATE = -9, -24
+"""How a process ends that the system kills, and one that took too long (SIGKILL, SIGXCPU)."""
+_MEMORY = ("MemoryError", "bad_alloc")
+_LACKING = ("too many open files", "failed to map segment", "cannot allocate memory", "no space left")
+"""What the process says of memory, where the file may be to blame, and of other shortages."""
 _ROOM, _TIMES = 2_000_000_000, 40
 """Memory of the process: what Python and the library take, and this many times the file."""
 _MOST_BYTES = 2_000_000_000
@@ -48,22 +55,39 @@ def read_c3d(path: str | Path) -> Markers:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "markers.npz"
         most = _ROOM + _TIMES * path.stat().st_size
-        command = [sys.executable, "-P", str(_WORKER), str(path), str(out), str(most)]
+        command = [sys.executable, "-P", str(_WORKER), str(path), str(out), str(most), str(_SECONDS)]
         try:
-            done = subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)
+            done = subprocess.run(command, capture_output=True, timeout=_PATIENCE, check=False)
         except subprocess.TimeoutExpired as error:
-            raise DnnvssError(
-                f"cannot be read in {_SECONDS} s", file=path, remedy=_REMEDY
+            raise ShortageError(
+                f"the system is short of what the work needs: {path} was not read in {_PATIENCE} s",
+                remedy=MEMORY,
             ) from error
         if done.returncode or not out.is_file():
-            said = done.stderr.decode("utf-8", "replace").strip().split("\n")[-1][:200]
-            raise DnnvssError(
-                f"cannot be read ({said or f'the reader ended with {done.returncode}'})",
-                file=path,
-                remedy=_REMEDY,
-            )
+            raise _unread(path, done.returncode, done.stderr.decode("utf-8", "replace"), most)
         held = read_declared(out, _HELD, _REMEDY)
     return _markers(path, held)
+
+
+def _unread(path: Path, status: int, said: str, most: int) -> DnnvssError:
+    """What ended the process that reads: the system, of which nothing is kept, or the file."""
+    last = said.strip().split("\n")[-1][:200] or f"the reader ended with {status}"
+    memory = any(word in said for word in _MEMORY) and _granted() < most
+    if status == _KILLED or memory or any(word in said.lower() for word in _LACKING):
+        return ShortageError(
+            f"the system is short of what the work needs: {last} (at {path})", remedy=MEMORY
+        )
+    why = f"not in {_SECONDS} s of a processor" if status == _LATE else last
+    return DnnvssError(f"cannot be read ({why})", file=path, remedy=_REMEDY)
+
+
+def _granted() -> float:
+    """Bytes of memory that the system lets a process have."""
+    import resource  # which not every system has
+
+    kinds = (resource.RLIMIT_AS, resource.RLIMIT_DATA)
+    limits = [resource.getrlimit(kind)[0] for kind in kinds]
+    return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=float("inf"))
 
 
 def _markers(path: Path, held: dict[str, np.ndarray]) -> Markers:

@@ -1,20 +1,22 @@
 """The process in which ezc3d reads a C3D: a damaged file may end it, and its memory is bounded.
 
 Run by :mod:`dnnvss.formats.c3d` as a file; it imports nothing of the package. Arguments: the C3D, the ``.npz`` to be
-written, and the most bytes of memory.
+written, the most bytes of memory, and the most seconds of the processor.
 """
 
 import resource
 import sys
 
-import numpy as np
 
-
-def main(source: str, target: str, most: int) -> None:
+def main(source: str, target: str, most: int, seconds: int) -> None:
     """Write ``names``, ``points`` (F, M, 3) with NaN for gaps, ``rate`` and ``unit`` of a C3D."""
     import ezc3d
+    import numpy as np
 
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    for kind, limit in ((resource.RLIMIT_AS, most), (resource.RLIMIT_CPU, seconds)):
+        hard = resource.getrlimit(kind)[1]
+        if hard == resource.RLIM_INFINITY or hard > limit:
+            resource.setrlimit(kind, (limit, hard))
     read = ezc3d.c3d(source)
     point = read["parameters"]["POINT"]
     data = np.asarray(read["data"]["points"])
@@ -32,4 +34,4 @@ def main(source: str, target: str, most: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))

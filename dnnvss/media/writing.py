@@ -16,6 +16,8 @@ from dnnvss.timing import FrameClock
 
 _AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
 _AAC_BLOCK = 1024
+_RATES = Fraction(1, 100), 1000
+"""Frames a second of a video, least and most."""
 _FORGOTTEN = 1 << 20
 """Samples after which the memory of sound is given back that lies in a file."""
 _BT601 = "colorprim=smpte170m:transfer=smpte170m:colormatrix=smpte170m"
@@ -55,6 +57,9 @@ def write_video(
     if first is None:
         raise DnnvssError("there is no frame to write", file=path, remedy="Give an utterance that lasts a frame")
     clock = FrameClock(rate)
+    if not _RATES[0] <= clock.rate <= _RATES[1]:
+        raise DnnvssError(f"a video has {_RATES[0]} to {_RATES[1]} frames a second, not {clock}", file=path,
+                          remedy="Give another rate")
     with files.replacing(path) as temporary:
         container = av.open(str(temporary), "w", format="mp4", options={"movflags": "faststart"})
         try:

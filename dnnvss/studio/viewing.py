@@ -21,6 +21,8 @@ PATIENCE = 3 * 3600.0
 """Seconds for which a list that was handed out counts as seen, though no answer has come."""
 _MOST = 10_000
 """Lists that are out at a time."""
+MOST_ANSWERS = 10_000
+"""Answers that a server takes, those before it counted."""
 
 
 def write_page(folder: Path) -> Path:
@@ -44,19 +46,22 @@ class ViewingDesk:
 
     Args:
         folder: of the test, as ``dnnvss viewing make`` wrote it. Answers go to ``answers/`` in it.
+        most: files of answers from which no more are taken.
 
     Raises:
         DnnvssError: there is no such test, or stimuli of it are missing.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, most: int = MOST_ANSWERS) -> None:
         self.folder, self.sheet, self._lock = folder, Sheet.open(folder), threading.Lock()
-        videos = [files.inside(folder / PAGE / "stimuli", f"{s.id}.mp4") for s in self.sheet.stimuli]
+        videos = [files.inside(folder, f"{PAGE}/stimuli/{s.id}.mp4") for s in self.sheet.stimuli]
         if missing := [path for path in videos if not path.is_file()]:
             raise DnnvssError(f"{len(missing)} of {len(videos)} stimuli are missing", file=missing[0],
                               remedy="Run the command that made the test again: it renders what is missing")
-        answers = files.make_folder(folder / ANSWERS)
-        taken = receive(self.sheet, answer_files(answers)).answers
+        answers = files.make_folder(files.inside(folder, ANSWERS))
+        received = receive(self.sheet, answer_files(answers))
+        taken = received.answers
+        self._most, self._files = most, len(taken) + len(received.refused)
         self._done = {answer.viewer: answer.list for answer in taken.values()}
         self._out = dict[str, tuple[int, float]]()
 
@@ -68,7 +73,7 @@ class ViewingDesk:
     def page(self) -> Page:
         """The page to serve."""
         return Page("viewing", (
-            Route("GET", "/test.js", lambda asked: files.inside(self.folder / PAGE, "test.js")),
+            Route("GET", "/test.js", lambda asked: files.inside(self.folder, f"{PAGE}/test.js")),
             Route("GET", "/stimuli/{name}", lambda asked: self.stimulus(asked.names["name"])),
             Route("POST", "/place", lambda asked: {"list": self.place(asked.body)}),
             Route("POST", "/answers", lambda asked: {"taken": self.take(asked.body)}),
@@ -82,7 +87,7 @@ class ViewingDesk:
         """
         if name not in {f"{s.id}.mp4" for s in self.sheet.stimuli}:
             raise DnnvssError("there is no such stimulus", remedy="Load the page again")
-        return files.inside(self.folder / PAGE / "stimuli", name)
+        return files.inside(self.folder, f"{PAGE}/stimuli/{name}")
 
     def place(self, body: Any) -> int:
         """The list of a viewer: the same when asked again, else one that has been given out least often.
@@ -120,7 +125,11 @@ class ViewingDesk:
                     return path.name
                 raise DnnvssError("another answer of this viewer is there already",
                                   remedy="Begin anew for another viewer")
+            if self._files >= self._most:
+                raise DnnvssError("this test takes no more answers",
+                                  remedy="Keep the file that the page offers, and tell who made the test")
             files.write_json(path, asdict(answer))
+            self._files += 1
             self._done[answer.viewer] = answer.list
             self._out.pop(answer.viewer, None)
         return path.name

@@ -107,3 +107,27 @@ def test_rates_and_places_that_there_cannot_be_are_told(
 def test_what_steers_a_terminal_is_escaped_in_an_error() -> None:
     error = DnnvssError("is named \x1b]0;own\x07 and \u202eexe", file="a\x9b.txt", remedy="Rename it\r")
     assert str(error) == "a\\x9b.txt: is named \\x1b]0;own\\x07 and \\u202eexe. Rename it\\x0d."
+
+
+def test_a_take_on_a_head_is_never_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    take = tmp_path / "t.csv"
+    take.write_text("seconds,jawOpen\n0,0\n0.1,1\n")
+    (tmp_path / "link.csv").symlink_to(take)
+    for out in (take, tmp_path / "link.csv"):
+        assert run_command("rig", take, "--out", out) == 1
+        assert "is read, and would be written over" in capsys.readouterr().err
+    assert run_command("rig", take, "--out", tmp_path / "a.json", tmp_path / "a.json") == 1
+    assert run_command("rig", take, "--out", tmp_path / "a.mp4", "--turn", "nan") == 1
+    assert "--turn nan is no angle" in capsys.readouterr().err
+    assert run_command("rig", take, "--out", tmp_path / "a.mp4", "--rate", "1/1000000") == 1
+    assert "a video has 1/100 to 1000 frames a second" in capsys.readouterr().err
+    assert take.read_text().startswith("seconds")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["link.csv", "t.csv"]
+
+
+def test_a_take_far_too_long_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = [f"c{k}" for k in range(1000)]
+    rows = [",".join(["seconds", *names]), ",".join(["0"] * 1001), ",".join(["3600", *["1"] * 1000])]
+    (tmp_path / "t.csv").write_text("\n".join([*rows, ""]))
+    assert run_command("rig", tmp_path / "t.csv", "--rate", "60", "--out", tmp_path / "a.csv") == 1
+    assert "216,001 frames of 1000 curves are too many" in capsys.readouterr().err

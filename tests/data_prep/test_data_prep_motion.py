@@ -1,10 +1,12 @@
 """Takes of curves and markers become corpora; what does not fit is told."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from data_prep import session
 from data_prep.facegood import curve_names, prepare_facegood
 from data_prep.motion import prepare_motion
 from data_prep.session import CURVES, prepare_session
@@ -118,6 +120,42 @@ def test_markers_become_points_in_space(tmp_path: Path) -> None:
         encoded.face.names
     ) == 198
     assert encoded.report["reconstruction"]["test"]["mm"] < 1e-3
+
+
+def test_takes_of_the_user_are_not_taken_for_a_session(tmp_path: Path) -> None:
+    raw = tmp_path / "raw"
+    (raw / "truth").mkdir(parents=True)
+    (raw / "take_001.trc").write_text("recorded")
+    old = '{"version": 1, "form": "markers", "sentences": 3, "held_out": 1, "seed": 0}'
+    for told in (None, '{"camera": 3}', "[1]", old):
+        if told is not None:
+            (raw / "session.json").write_text(told)
+        with pytest.raises(DnnvssError, match="not empty, and no session"):
+            prepare_session(raw, tmp_path / "out", jobs=1)
+        assert (raw / "take_001.trc").read_text() == "recorded"
+
+
+@pytest.mark.parametrize("form", ["markers", "curves"])
+def test_a_session_that_was_killed_as_it_was_made_goes_on(
+    form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw, made = tmp_path / "raw", []
+
+    def performed(raw: Path, *asked: object) -> None:
+        made.append(asked[:4])
+        (raw / "take_000.csv").write_text("begun")
+        if len(made) == 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(session, "_perform", performed)
+    monkeypatch.setattr(session, "prepare_motion", lambda *asked, **more: raw)
+    with pytest.raises(KeyboardInterrupt):
+        prepare_session(raw, tmp_path / "out", form=form)
+    for _ in range(2):
+        assert prepare_session(raw, tmp_path / "out", form=form) == raw
+    assert len(made) == 2  # what is whole is not made again
+    prepare_session(raw, tmp_path / "out", form=form, seed=1)
+    assert len(made) == 3 and json.loads((raw / "session.json").read_text())["whole"] is True
 
 
 def test_what_is_no_session_is_refused(tmp_path: Path) -> None:

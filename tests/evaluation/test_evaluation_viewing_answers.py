@@ -21,8 +21,8 @@ from dnnvss.evaluation.viewing.judgements import judgements, told
 from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
 from dnnvss.evaluation.viewing.making import script_json
 from dnnvss.evaluation.viewing.report import html_page, markdown, write_report
-from dnnvss.evaluation.viewing.run_scores import leave_scores, read_scores
-from dnnvss.evaluation.viewing.sheet import CHANGED, Sheet, Shown
+from dnnvss.evaluation.viewing.run_scores import leave_scores, note_test, read_scores
+from dnnvss.evaluation.viewing.sheet import CHANGED, KEY, Sheet, Shown
 from dnnvss.evaluation.viewing.sounds import cut, in_noise, speech_power
 from dnnvss.runs.files import RunFiles
 from dnnvss.studio.viewing import least_given
@@ -264,10 +264,15 @@ def test_a_score_is_left_in_the_run_that_was_seen_and_only_as_it_is_measured(tmp
              Shown("bad", "run", CHANGED, str(places.folder), digest), *sheet.conditions[2:])
     sheet = replace(sheet, conditions=shown)
     result = analyse(sheet, Received({str(k): simulated(sheet, k, QUALITY) for k in range(3)}, {}))
-    assert leave_scores(result) == [places.viewing] == leave_scores(result)
+    assert leave_scores(result, "key") == [] and not places.viewing.exists()  # of a test that was not made of it
+    sheet.save(tmp_path)
+    key = files.digest(tmp_path / KEY)
+    assert note_test(sheet, tmp_path) == [] == note_test(sheet, tmp_path)
+    assert leave_scores(result, "another key") == [] == list(read_scores(places.folder))
+    assert leave_scores(result, key) == [places.viewing] == leave_scores(result, key)
     assert [(s.style, s.score) for s in read_scores(places.folder)] == [("plain", result.scores["good"].value)]
     files.write_text(places.model, "trained anew")
-    assert leave_scores(result) == [] and read_scores(places.folder) == ()
+    assert leave_scores(result, key) == [] and read_scores(places.folder) == ()
 
 
 def test_a_design_of_the_user_is_named_where_it_is_wrong_and_nothing_is_looked_up_in_it(

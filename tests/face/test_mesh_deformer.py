@@ -170,6 +170,36 @@ def test_what_is_no_head_is_told(mesh, tmp_path):
         open_head(path, tmp_path / "p.json")
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "3 vertices, which make no head"),
+        ("".join(f"v {k % 9} {k // 9} 0\n" for k in range(81)) + "f 1 2 11\n", "is flat: 8 x 8 x 0"),
+    ],
+)
+def test_what_has_no_room_for_a_head_is_told(text, said, tmp_path):
+    (tmp_path / "a.obj").write_text(text)
+    with pytest.raises(DnnvssError, match=said):
+        open_head(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("place", ["[1" + "0" * 400 + ", 0, 0]", "[1e300, 0, 0]", "[true, 0, 0]", "true"])
+def test_places_of_points_that_are_none_are_told(place, mesh, tmp_path):
+    path = write_obj(tmp_path / "head.obj", replace(HEAD, mesh=mesh))
+    named = ", ".join(f'"lips_outer{k:02}": {place}' for k in range(1, 8))
+    (tmp_path / "p.json").write_text("{" + named + "}")
+    with pytest.raises(DnnvssError, match="no place"):
+        open_head(path, tmp_path / "p.json")
+
+
+def test_named_points_in_one_place_are_told(mesh, tmp_path):
+    path = write_obj(tmp_path / "head.obj", replace(HEAD, mesh=mesh))
+    named = ", ".join(f'"{name}": 5' for name in packaged_net().names[:8])
+    (tmp_path / "p.json").write_text("{" + named + "}")
+    with pytest.raises(DnnvssError, match=r"p\.json"):
+        open_head(path, tmp_path / "p.json")
+
+
 def test_a_head_with_holes_is_moved_all_the_same(mesh):
     keep = np.ones(len(mesh.faces), bool)
     keep[np.random.default_rng(4).choice(len(keep), 400, replace=False)] = False

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import (
     Curves,
     Markers,
@@ -16,6 +16,7 @@ from dnnvss.formats import (
     write_curves,
     write_trc,
 )
+from dnnvss.formats import c3d as c3d_reader
 
 
 def written(tmp_path: Path, text: str, name: str = "take.csv") -> Path:
@@ -169,3 +170,28 @@ def test_damaged_c3d_is_an_error_of_ours(tmp_path: Path) -> None:
 def test_other_kinds_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DnnvssError, match="not understood"):
         read_markers(tmp_path / "take.bvh")
+
+
+@pytest.mark.parametrize(
+    ("work", "system"),
+    [
+        ("import os; os.kill(os.getpid(), 9)", True),
+        ("raise OSError(24, 'Too many open files')", True),
+        ("raise MemoryError", False),
+        ("import os; os.kill(os.getpid(), 24)", False),
+        ("import os; os.abort()", False),
+    ],
+)
+def test_what_ends_the_reader_of_c3d_is_the_system_or_the_file(
+    work: str, system: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    take = c3d(tmp_path / "take.c3d")
+    monkeypatch.setattr(c3d_reader, "_WORKER", written(tmp_path, work, "worker.py"))
+    with pytest.raises(DnnvssError) as told:
+        read_markers(take)
+    assert isinstance(told.value, ShortageError) == system
+    assert str(take) in str(told.value)
+    if work == "raise MemoryError":  # of what the system grants, or of the bound that follows from the file
+        monkeypatch.setattr(c3d_reader, "_granted", lambda: 1e8)
+        with pytest.raises(ShortageError):
+            read_markers(take)

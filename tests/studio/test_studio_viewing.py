@@ -1,6 +1,7 @@
 """The page of viewing tests in a real browser: every design to its end, on a desktop and a phone, with a reload."""
 
 import json
+import shutil
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -232,6 +233,30 @@ def test_the_server_gives_lists_and_takes_answers_of_its_page_alone(folder: Path
         files.write_json(folder / "answers" / name, good)
     assert ViewingDesk(folder).count == 1
     (folder / "answers" / name).unlink()
+
+
+def test_so_many_answers_are_kept_and_no_more(folder: Path) -> None:
+    desk = ViewingDesk(folder, most=2)
+    sent = [plain(simulated(desk.sheet, n, {"good": 1.0, "bad": 0.0})) for n in range(3)]
+    names = [desk.take(each) for each in sent[:2]]
+    assert desk.take(sent[0]) == names[0]  # which is kept already
+    for again in (desk, ViewingDesk(folder, most=2)):
+        with pytest.raises(DnnvssError, match="takes no more answers"):
+            again.take(sent[2])
+    assert sorted(p.name for p in (folder / "answers").iterdir()) == sorted(names)
+    for name in names:
+        (folder / "answers" / name).unlink()
+
+
+@pytest.mark.parametrize("name", ["answers", "page"])
+def test_a_test_whose_folders_are_links_elsewhere_is_refused(name: str, folder: Path, tmp_path: Path) -> None:
+    test, elsewhere = tmp_path / "test", tmp_path / "elsewhere"
+    shutil.copytree(folder, test)
+    (test / name).replace(elsewhere) if (test / name).exists() else elsewhere.mkdir()
+    (test / name).symlink_to(elsewhere)
+    with pytest.raises(DnnvssError, match="leads out of the folder"):
+        ViewingDesk(test)
+    assert name == "page" or list(elsewhere.iterdir()) == []
 
 
 def test_a_test_without_its_stimuli_is_not_served(folder: Path, tmp_path: Path) -> None:

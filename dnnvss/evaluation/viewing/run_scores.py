@@ -1,17 +1,18 @@
 """Viewers' scores beside what is measured: left in the runs that were seen, and shown where runs are compared."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from scipy import stats
 
 from dnnvss import files
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.evaluation.comparison import Comparison
 from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.viewing.analysis import Analysis
-from dnnvss.evaluation.viewing.sheet import CHANGED
+from dnnvss.evaluation.viewing.sheet import CHANGED, KEY, Sheet
 from dnnvss.evaluation.viewing.tables import Score, Table, interval, number, p_value
 from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
@@ -50,16 +51,46 @@ class Seen:
 
 @dataclass(frozen=True)
 class SeenBy:
-    """The file in a run folder: what viewers gave it in each test."""
+    """The file in a run folder.
+
+    Args:
+        tests: what viewers gave the run in each test.
+        made: digests of the keys of the tests that were made of it here: no other key leaves scores.
+    """
 
     tests: tuple[Seen, ...] = ()
+    made: tuple[str, ...] = ()
 
 
-def leave_scores(result: Analysis) -> list[Path]:
+def note_test(sheet: Sheet, folder: Path) -> list[Path]:
+    """Note in every run of a test in ``folder`` that it was made of it; return the runs that cannot be written."""
+    key, closed = files.digest(folder / KEY), []
+    for run in sorted({condition.run for condition in sheet.conditions if condition.shows == "run"}):
+        places = RunFiles(Path(run))
+        if not places.model.is_file():
+            continue
+        try:
+            with files.locked(places.viewing):
+                kept = _kept(places)
+                made = tuple(dict.fromkeys((*kept.made, key)))
+                files.write_json(places.viewing, asdict(replace(kept, made=made)))
+        except ShortageError:
+            raise
+        except DnnvssError:
+            closed.append(places.folder)
+    return closed
+
+
+def leave_scores(result: Analysis, key: str) -> list[Path]:
     """Write viewers' scores into the runs that they saw, and return the files.
 
-    A run that has moved, or has been trained anew, and a condition that no comparison measures are passed over; an
+    A run that has moved, or has been trained anew, one of which this test was not made here (:func:`note_test`: a key
+    that somebody sends names no file to be written), and a condition that no comparison measures are passed over; an
     older result of the same test is replaced.
+
+    Args:
+        result: of the test.
+        key: digest of its key.
     """
     written = []
     for condition in result.sheet.conditions:
@@ -72,9 +103,18 @@ def leave_scores(result: Analysis) -> list[Path]:
         low, high = (None if np.isnan(v) else v for v in (score.low, score.high))
         own = Seen(result.sheet.id, result.sheet.design["title"], result.unit, len(result.kept), condition.style,
                    score.value, low, high, condition.digest)
-        kept = [s for s in read_scores(places.folder) if (s.test, s.style) != (own.test, own.style)]
-        written.append(files.write_json(places.viewing, asdict(SeenBy((*kept, own)))))
+        with files.locked(places.viewing):
+            kept = _kept(places)
+            if key not in kept.made:
+                continue
+            others = [s for s in kept.tests if s.digest == own.digest and (s.test, s.style) != (own.test, own.style)]
+            written.append(files.write_json(places.viewing, asdict(SeenBy((*others, own), kept.made))))
     return sorted(set(written))
+
+
+def _kept(places: RunFiles) -> SeenBy:
+    """What a run keeps of viewers; nothing where there is no file."""
+    return read_record(SeenBy, places.viewing, _REMEDY) if places.viewing.is_file() else SeenBy()
 
 
 def read_scores(folder: Path) -> tuple[Seen, ...]:
@@ -87,7 +127,7 @@ def read_scores(folder: Path) -> tuple[Seen, ...]:
     if not places.viewing.is_file() or not places.model.is_file():
         return ()
     own = files.digest(places.model)[:16]
-    return tuple(s for s in read_record(SeenBy, places.viewing, _REMEDY).tests if s.digest == own)
+    return tuple(s for s in _kept(places).tests if s.digest == own)
 
 
 def viewers_sections(result: Comparison, folders: Mapping[str, Path], styles: Mapping[str, Sequence[str]]

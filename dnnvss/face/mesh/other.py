@@ -9,11 +9,13 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh.gltf_read import read_gltf
 from dnnvss.face.mesh.head import Head, packaged_head
 from dnnvss.face.mesh.obj import read_obj
-from dnnvss.face.mesh.surface import Mesh
+from dnnvss.face.mesh.surface import LARGEST, Mesh
 from dnnvss.face.mesh.transfer import find_points, transfer_to, with_shapes
 
 _OWN = 10
 """Shapes named as the packaged head's that a file needs so that its own are taken."""
+_FEWEST, _FLAT = 50, 0.01
+"""Vertices of a mesh, and the share of its longest side that the shortest has, below which it is no head."""
 _MOST = 60_000
 """Vertices of a mesh to which 52 shapes are given."""
 _REMEDY = 'Write {"nose_bridge07": 123, "lips_outer01": [x, y, z], ...}: six points or more'
@@ -61,13 +63,29 @@ def open_head(path: Path, points: Path | None = None) -> tuple[Head, str]:
             file=path,
             remedy="Reduce it, or give it ARKit's shapes in your own tool",
         )
+    if fault := _no_head(head.mesh):
+        raise DnnvssError(fault, file=path, remedy="Export the whole head, y up, looking along z")
     try:
         found = find_points(head.mesh, read_points(points, head.mesh) if points else None)
         made = with_shapes(head.mesh, transfer_to(head.mesh, found))
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=points or path, remedy=error.remedy) from error
+    except (ValueError, IndexError, ArithmeticError, np.linalg.LinAlgError) as error:
+        raise DnnvssError(
+            f"the head cannot be laid onto this mesh ({error})", file=points or path, remedy=_REMEDY
+        ) from error
     how = f"points of {points}" if points else "points guessed"
     return made, f"{path}: {len(made.names)} shapes of the packaged head, {how}"
+
+
+def _no_head(mesh: Mesh) -> str | None:
+    """What keeps a mesh from being a head, None where nothing does."""
+    if len(mesh.vertices) < _FEWEST:
+        return f"has {len(mesh.vertices)} vertices, which make no head"
+    sides = np.ptp(mesh.vertices, axis=0)
+    if not sides.min() > _FLAT * sides.max():
+        return f"is flat: {' x '.join(f'{side:g}' for side in sides)}"
+    return None
 
 
 def read_points(path: Path, mesh: Mesh) -> dict[str, np.ndarray]:
@@ -88,7 +106,7 @@ def _place(name: str, value: object, mesh: Mesh, path: Path) -> np.ndarray:
     if (
         isinstance(value, list)
         and len(value) == 3
-        and all(isinstance(v, int | float) for v in value)
+        and all(type(v) in (int, float) and abs(v) <= LARGEST for v in value)
     ):
         place = np.array(value, float)
         if np.isfinite(place).all():

@@ -11,7 +11,8 @@ from dnnvss.errors import DnnvssError
 
 MOST_VERTICES, MOST_FACES = 500_000, 1_000_000
 """What a mesh may have at most; a face for animation has thousands."""
-_LARGEST = 1e6
+LARGEST = 1e6
+"""How far from 0 a vertex may lie."""
 _REMEDY = "Export the head alone, without hair and body, with fewer vertices"
 
 
@@ -45,7 +46,7 @@ class Mesh:
                 f"a face names vertex {int(self.faces.max())}, and there are {len(self.vertices)}",
                 remedy="Export the mesh again",
             )
-        if not (np.isfinite(self.vertices).all() and np.abs(self.vertices).max() <= _LARGEST):
+        if not (np.isfinite(self.vertices).all() and np.abs(self.vertices).max() <= LARGEST):
             raise DnnvssError(
                 "a vertex lies nowhere, or further away than any head is large",
                 remedy="Export the mesh again",

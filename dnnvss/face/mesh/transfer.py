@@ -24,6 +24,8 @@ _ROUNDS, _KEPT, _FACING = 40, 0.7, 0.5
 """Rounds of the search for the head in a mesh, the share of points that count, how alike normals are."""
 _FAR = 0.03
 """Share of the head's height by which the guess may miss the mesh, at most."""
+_LINE = 0.01
+"""Share of their length that named points spread aside at least."""
 _SOFT = ("lips_inner", "right_eye", "left_eye", "right_lid", "left_lid")
 """Rings of which the nearest place may be that of the other lip or lid; they follow the points around."""
 _REMEDY = (
@@ -103,6 +105,11 @@ def find_points(mesh: Mesh, named: Mapping[str, np.ndarray] | None = None) -> np
             )
         rows = [known[name] for name in named]
         points = np.array(list(named.values()), float)
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        if not spread[1] > _LINE * spread[0]:
+            raise DnnvssError(
+                "the points that are named lie on a line or in one place", remedy=_REMEDY
+            )
         return fit_warp(still[rows], points)(still)
     return _checked(mesh, _guessed(mesh, head, net.vertices))
 
