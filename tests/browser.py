@@ -17,11 +17,20 @@ _QUIET = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--di
           "--disable-component-update", "--disable-sync", "--remote-debugging-pipe", "--window-size=1400,900"]
 
 
+_KEYS = {"Tab": (9, ""), "Enter": (13, "\r"), " ": (32, " "), "ArrowRight": (39, ""), "ArrowLeft": (37, "")}
+"""Number and text of keys."""
+
+
 class Browser:
-    """One page of a browser; messages are JSON, each ended by a zero byte."""
+    """One page of a browser; messages are JSON, each ended by a zero byte.
+
+    Attributes:
+        asked: addresses that pages asked for, once ``Network.enable`` was called.
+    """
 
     def __init__(self, reading: int, writing: int) -> None:
         self._reading, self._writing, self._next, self._rest, self._session = reading, writing, 0, b"", None
+        self.asked = list[str]()
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         self.call("Page.enable")
@@ -44,7 +53,10 @@ class Browser:
             assert select.select([self._reading], [], [], 60)[0], "the browser does not answer"
             self._rest += os.read(self._reading, 1 << 20)
         message, _, self._rest = self._rest.partition(b"\0")
-        return json.loads(message)
+        told = json.loads(message)
+        if told.get("method") == "Network.requestWillBeSent":  # after Network.enable
+            self.asked.append(told["params"]["request"]["url"])
+        return told
 
     def ask(self, expression: str) -> Any:
         """Return the value of a JavaScript expression, evaluated as if the user had asked for it."""
@@ -70,6 +82,13 @@ class Browser:
         """Press and release a key."""
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key)
+
+    def press(self, key: str, shift: bool = False) -> None:
+        """Press and release a key as a person does: what has the focus does what it does by default."""
+        code, text = _KEYS[key]
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code,
+                      modifiers=8 if shift else 0, **({"text": text} if text and kind == "keyDown" else {}))
 
     def screenshot(self, path: Path) -> None:
         """Write what the window shows as PNG."""
