@@ -78,6 +78,18 @@ def test_a_pixel_on_an_edge_is_read_by_the_first_of_two_triangles() -> None:
     assert x[1:19, 1:18][inside] == pytest.approx(column[inside])
 
 
+def test_what_is_squeezed_in_the_result_never_owns_a_pixel_that_another_reaches() -> None:
+    """The corner of lips that shut, first in order: half a pixel beside it would be read ten pixels away."""
+    source = np.array([[0.0, 0], [8, 0], [16, 0], [24, 0], [0, 20], [8, 20], [16, 20], [24, 20]])
+    thin = [[1, 2, 5], [2, 6, 5]]
+    triangles = np.array([*thin, [0, 1, 4], [1, 5, 4], [2, 3, 6], [3, 7, 6]])
+    target = source + np.where(np.arange(8)[:, None] % 4 > 1, [-7.7, 0], [0, 0])  # the middle is .3 pixels wide
+    painter = Painter(triangles, source, EMPTY, (20, 16), np.eye(2, 3))
+    x, _ = painter.maps(target)
+    column = np.arange(16)
+    assert np.minimum(np.abs(x - column), np.abs(x - column - 7.7)).max() < 1e-4
+
+
 def test_round_the_texture_lies_the_skin_below_a_closed_mouth(model: ActiveAppearanceModel) -> None:
     """The texture's mouth is open: its chin lies below a ring round a picture whose mouth is shut."""
     patch = Patch(model)

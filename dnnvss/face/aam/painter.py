@@ -11,6 +11,8 @@ _TABLE = 256
 """Entries of a table of ``cv2.LUT``."""
 _FLAT = 1e-3
 """Area in square pixels under which a triangle is not drawn: the closed mouth's inside."""
+_THIN = 4.0
+"""How much more of the source than the middle triangle of the mesh one reads along a pixel, from which it is thin."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,7 @@ class PaintPlan:
         inverse: matrices (B, K, 3, 3) from (x, y, 1) to barycentric coordinates.
         upright: (B, K) bool, the triangles that are drawn.
         affine: maps (B, 6, K + 1 or more) float32 from result to source, row-major, the background's last.
+        thin: (B, K) bool, the triangles that are squeezed in the result and wide in the source.
         fine_boxes: left, top, right, bottom in pixels of what the fine triangles cover, of each picture.
     """
 
@@ -29,6 +32,7 @@ class PaintPlan:
     inverse: np.ndarray
     upright: np.ndarray
     affine: np.ndarray
+    thin: np.ndarray
     fine_boxes: list[list[int]]
 
 
@@ -37,8 +41,8 @@ class Painter:
     """A mesh that is drawn at ever new places from one fixed source picture.
 
     Triangles reach half a pixel beyond their edges, so that none is left out between two. Of those that reach a pixel
-    the first in order owns it: a triangle that is thin in the result and wide in the source reads far beyond its own
-    corners there, so a mesh's own triangles stand before those of what surrounds it.
+    the first in order owns it, and none that is thin in the result and wide in the source: it reads far beyond its own
+    corners there, as a corner of the lips that shuts, or what surrounds a mesh, which so stands behind it in order.
 
     Args:
         triangles: corners (K, 3).
@@ -88,7 +92,8 @@ class Painter:
         affine[:, :, :count] = np.moveaxis((self._corners @ inverse).reshape(len(points), count, 6), 1, 2)
         affine[:, :, count] = self.background.ravel()
         affine[:, 2::3] -= np.float32(0.5)  # remap counts from the centre of the first pixel
-        return PaintPlan(points, inverse, upright, affine, self._fine_boxes(points))
+        return PaintPlan(points, inverse, upright, affine, _thin(affine[:, :, :count], upright),
+                         self._fine_boxes(points))
 
     def maps(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where each pixel of the result is read: x and y (H, W_) float32, counted between pixel centres.
@@ -126,8 +131,8 @@ class Painter:
         fixed, polygons = self._polygons
         points, upright = plan.points[index], plan.upright[index]
         np.rint((points[self.triangles] - 0.5) * (1 << _SHIFT), out=fixed, casting="unsafe")
-        drawn = upright.tolist()
-        for k in self._coarse:
+        drawn, thin = upright.tolist(), plan.thin[index].tolist()
+        for k in sorted(self._coarse, key=lambda k: not thin[k]):
             if drawn[k]:
                 cv2.fillConvexPoly(owner, polygons[k], k, cv2.LINE_8, _SHIFT)
         self._own_exactly(owner, plan, index)
@@ -155,6 +160,16 @@ class Painter:
         low = np.maximum(np.floor(corners.min(axis=1)), 0)
         high = np.minimum(np.ceil(corners.max(axis=1)), self.size[::-1])
         return np.concatenate([low, high], axis=1).astype(int).tolist()
+
+
+def _thin(affine: np.ndarray, upright: np.ndarray) -> np.ndarray:
+    """Which triangles (B, K) read much more of the source along a pixel than the middle one, by maps (B, 6, K)."""
+    xx, xy, _, yx, yy, _ = np.moveaxis(affine.astype(float), 1, 0)
+    half, area = (xx**2 + xy**2 + yx**2 + yy**2) / 2, xx * yy - xy * yx
+    widest = np.sqrt(half + np.sqrt(np.maximum(half**2 - area**2, 0)))  # the greater singular value
+    counted = upright | ~upright.any(axis=1, keepdims=True)  # of a picture without a triangle any will do
+    middle = np.nanmedian(np.where(counted, widest, np.nan), axis=1, keepdims=True)
+    return upright & (widest > _THIN * middle)
 
 
 def _taken(owner: np.ndarray, row: np.ndarray) -> np.ndarray:
