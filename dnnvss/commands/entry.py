@@ -20,6 +20,7 @@ COMMANDS = {
     "live": "a face that moves while somebody speaks, by a run of a network with a look-ahead",
     "compare": "finished runs in one table, with confidence intervals and a page",
     "outside": "a run judged from outside: one tracker over the talker's video and over ours",
+    "unseen": "how well a run's system says words that it never heard, over random splits",
     "rig": "a take of named curves on a head: video, glTF, Live Link Face",
     "export": "a run's network as a file, or all of the run as a bundle",
     "label": "frames labelled by hand: choose, page, import, check",

@@ -170,6 +170,11 @@ class RunFiles:
         return self.comparison / "outside.json"
 
     @property
+    def unheard(self) -> Path:
+        """What it says of words it never heard: see :mod:`dnnvss.evaluation.unseen`."""
+        return self.comparison / "unseen.json"
+
+    @property
     def index(self) -> Path:
         """What makes a folder a bundle; written last."""
         return self.folder / "bundle.json"

@@ -90,6 +90,17 @@ def test_pictures_are_those_of_the_video(client: Client, take: Any, tmp_path: Pa
         assert np.abs(picture.astype(float) - frame[:picture.shape[0], :picture.shape[1]]).mean() < 4
 
 
+def test_a_face_lives_where_that_is_asked_for(client: Client, take: Any) -> None:
+    living = client.json("POST", f"/v1/takes/{take['id']}", {"life": 1.0, "seed": 4})
+    still, first, again = (pictures(client.ask("GET", f"/v1/takes/{name}/pictures?first={at}&count=6")[1])
+                           for name, at in ((take["id"], 5), (living["id"], 5), (living["id"], 8)))
+    assert all((one != other).any() for one, other in zip(still, first, strict=True))
+    assert all((one == other).all() for one, other in zip(first[3:], again[:3], strict=True))
+    told = json.loads(client.ask("GET", f"/v1/takes/{living['id']}/files/speech.json")[1])["life"]
+    assert told["share"] == 1 and told["seed"] == 4
+    assert living["curves"] == take["curves"] and "style.life=1.0 style.seed=4" in living["command"]
+
+
 def test_keys_are_held_and_the_rest_stays(client: Client, take: Any) -> None:
     name = "aperture"
     values = take["curves"][name]["values"]
