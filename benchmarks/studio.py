@@ -1,63 +1,102 @@
-"""How the studio's service bears a crowd, and strangers.
+"""How the studio's service answers alone, and how it bears a crowd while its workers are killed.
 
-``python benchmarks/studio.py RUNS [--clients 50] [--seconds 600] [--hostile 10000]``: the time to
-the first picture of a text of ten words, alone; then so many clients at once that speak, change,
-look and take away at random, for so long: answers by status, none mixed up (each take is checked to
-say its own words), takes a second against one client alone, and memory of the service from the
-first tenth of the time to the end; then so many damaged requests, after which the service still
-answers. The service runs in a process of its own.
+``python benchmarks/studio.py RUNS [--clients 50] [--seconds 600] [--kill 20] [--workers 2]``: the
+time to the first picture of a text of ten words, and from a dragged key to the picture that shows
+it, alone; takes a second of one client of one worker; then so many clients at once that speak,
+change, look and take away at random, for so long, while a worker chosen at random is killed every
+so many seconds: answers by status, how many were lost or mixed up (each take is checked to say its
+own words, each answer to hold what was asked for), takes a second, and memory of all processes
+over time. The service runs in processes of its own. Strangers who mean harm are in
+``tests/fuzz/test_fuzz_studio.py``.
 """
 
 import argparse
 import http.client
 import json
+import os
 import random
 import re
-import resource
-import socket
+import signal
 import statistics
 import subprocess
 import sys
 import threading
 import time
 from collections import Counter
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 TEN = "we may buy more fish before the long evening comes"
 WORDS = (*TEN.split(), "papa", "moves", "five", "very", "old", "boats", "away", "from", "here")
-_DAMAGE = (b"\0", b"\xff", b"../", b"9" * 30, b"{", b"[" * 40, b"NaN", b"")
 
 
 class Service:
-    """The studio in a process of its own."""
+    """The studio in a process of its own, and its workers in theirs."""
 
-    def __init__(self, runs: Path) -> None:
-        command = [sys.executable, "-m", "dnnvss", "studio", str(runs), "--port", "0"]
+    def __init__(self, runs: Path, workers: int) -> None:
+        command = [
+            sys.executable,
+            "-m",
+            "dnnvss",
+            "studio",
+            str(runs),
+            "--port",
+            "0",
+            "--workers",
+            str(workers),
+        ]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
         found = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())
         assert found, "the studio did not start"
         self.port = int(found[1])
+        while json.loads(self.ask("GET", "/v1/health")[1]).get("workers", 0) < workers:
+            time.sleep(0.2)
 
     def ask(self, method: str, path: str, body: Any = None) -> tuple[int, bytes]:
         """Status and body of an answer."""
         with closing(http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)) as connection:
             data = None if body is None else json.dumps(body).encode()
-            connection.request(method, path, data, {"Content-Type": "application/json"} if data else {})
+            connection.request(
+                method, path, data, {"Content-Type": "application/json"} if data else {}
+            )
             answer = connection.getresponse()
             return answer.status, answer.read()
 
     @property
+    def workers(self) -> list[int]:
+        """Numbers of the processes that speak."""
+        children = Path(f"/proc/{self.process.pid}/task").glob("*/children")
+        return [int(word) for path in children for word in path.read_text().split()]
+
+    @property
     def memory(self) -> float:
-        """Megabytes that it holds now."""
-        status = Path(f"/proc/{self.process.pid}/status").read_text()
-        found = re.search(r"VmRSS:\s+(\d+)", status)
-        return int(found[1]) / 1e3 if found else float("nan")
+        """Megabytes that all its processes hold now; what they share counts once."""
+        held = 0
+        for pid in (self.process.pid, *self.workers):
+            with suppress(OSError):
+                found = re.search(
+                    r"^Pss:\s+(\d+)", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.M
+                )
+                held += int(found[1]) if found else 0
+        return held / 1e3
 
 
-def first_picture(service: Service, run: str, count: int = 20) -> list[float]:
+@contextmanager
+def serving(runs: Path, workers: int) -> Iterator[tuple[Service, str]]:
+    """A service, and the name of its first run."""
+    service = Service(runs, workers)
+    try:
+        yield service, json.loads(service.ask("GET", "/v1/runs")[1])["runs"][0]["name"]
+    finally:
+        service.process.terminate()
+        service.process.wait()
+
+
+def first_picture(service: Service, run: str, count: int = 40) -> list[float]:
     """Seconds from the button to the first picture, sorted."""
     found = []
     for _ in range(count):
@@ -68,104 +107,167 @@ def first_picture(service: Service, run: str, count: int = 20) -> list[float]:
     return sorted(found[1:])
 
 
-def visit(service: Service, run: str, until: float, rng: random.Random, counts: Counter[str]) -> None:
-    """What one client does: it speaks, looks, changes and takes away until the time is over."""
-    while time.monotonic() < until:
-        text = " ".join(rng.choices(WORDS, k=rng.randint(2, 7)))
-        status, data = service.ask("POST", "/v1/speak", {"run": run, "text": text, "engine": "formant"})
-        counts[f"speak {status}"] += 1
-        if status != 200:
-            time.sleep(1)
-            continue
+def dragged_key(service: Service, run: str, count: int = 60) -> list[float]:
+    """Seconds from a key that was moved to the picture that shows it, sorted."""
+    take = json.loads(service.ask("POST", "/v1/speak", {"run": run, "text": TEN})[1])
+    name, values = "aperture", take["curves"]["aperture"]["values"]
+    middle, found = len(values) // 2, []
+    for k in range(count):
+        goal = max(values) * (0.5 + 0.4 * k / count)
+        key = {
+            "time": middle / take["rate"],
+            "end": (middle + 1) / take["rate"],
+            "name": name,
+            "low": goal,
+            "high": goal,
+        }
+        begun = time.perf_counter()
+        status, data = service.ask("POST", f"/v1/takes/{take['id']}", {"keys": [key]})
+        assert status == 200, data
         take = json.loads(data)
-        counts["mixed up"] += take["text"].lower() != text
-        asked = [("GET", f"/v1/takes/{take['id']}/pictures?first=0&count=24", None),
-                 ("POST", f"/v1/takes/{take['id']}", {"articulation": rng.uniform(0.5, 1.5)}),
-                 ("GET", f"/v1/takes/{take['id']}/files/curves.csv", None)]
-        for method, path, body in asked:
-            status, data = service.ask(method, path, body)
-            counts[f"{path.split('/')[-1].split('?')[0] if method == 'GET' else 'change'} {status}"] += 1
-            if method == "POST" and status == 200:
-                counts["mixed up"] += json.loads(data)["text"].lower() != text
+        service.ask("GET", f"/v1/takes/{take['id']}/pictures?first={middle}&count=2")
+        found.append(time.perf_counter() - begun)
+    return sorted(found)
 
 
-def crowd(service: Service, run: str, clients: int, seconds: float) -> tuple[Counter[str], float, float]:
-    """Answers by status, and megabytes after a tenth of the time and at the end."""
-    counts: Counter[str] = Counter()
-    until = time.monotonic() + seconds
-    threads = [threading.Thread(target=visit, args=(service, run, until, random.Random(k), counts))
-               for k in range(clients)]
+@dataclass
+class Client:
+    """Somebody who speaks, looks, changes and takes away until the time is over.
+
+    Args:
+        service: that is asked.
+        run: that speaks.
+        until: when it is over.
+        rng: what it says.
+        counts: answers by what was asked and their status; what was lost, mixed up or told to come again.
+    """
+
+    service: Service
+    run: str
+    until: float
+    rng: random.Random
+    counts: Counter[str] = field(default_factory=Counter)
+
+    def ask(self, name: str, method: str, path: str, body: Any = None) -> bytes | None:
+        """An answer; who is told to come again does, until the time is over."""
+        while True:
+            try:
+                status, data = self.service.ask(method, path, body)
+            except (OSError, http.client.HTTPException):
+                self.counts[f"{name} lost"] += 1
+                return None
+            self.counts[f"{name} {status}"] += 1
+            if status != 503 or time.monotonic() > self.until:
+                return data if status == 200 else None
+            time.sleep(1)
+
+    def visit(self) -> None:
+        """Do so."""
+        while time.monotonic() < self.until:
+            text = " ".join(self.rng.choices(WORDS, k=self.rng.randint(2, 7)))
+            data = self.ask(
+                "speak", "POST", "/v1/speak", {"run": self.run, "text": text, "engine": "formant"}
+            )
+            if data is None:
+                continue
+            take = json.loads(data)
+            self.counts["mixed up"] += take["text"].lower() != text
+            count = min(24, take["frames"])
+            pictures = self.ask(
+                "pictures", "GET", f"/v1/takes/{take['id']}/pictures?first=0&count={count}"
+            )
+            self.counts["mixed up"] += (
+                pictures is not None and pictures.count(b"\xff\xd8\xff") != count
+            )
+            changed = self.ask(
+                "change",
+                "POST",
+                f"/v1/takes/{take['id']}",
+                {"articulation": self.rng.uniform(0.5, 1.5)},
+            )
+            self.counts["mixed up"] += (
+                changed is not None and json.loads(changed)["text"].lower() != text
+            )
+            curves = self.ask("curves", "GET", f"/v1/takes/{take['id']}/files/curves.csv")
+            self.counts["mixed up"] += (
+                curves is not None and curves.count(b"\n") != take["frames"] + 1
+            )
+
+
+def crowd(
+    service: Service, run: str, clients: int, seconds: float, kill: float
+) -> tuple[Counter[str], list[float], int]:
+    """Answers by status, megabytes every second, and how many workers were killed."""
+    until, rng, memory, killed = time.monotonic() + seconds, random.Random(0), list[float](), 0
+    people = [Client(service, run, until, random.Random(k)) for k in range(clients)]
+    threads = [threading.Thread(target=each.visit) for each in people]
     for thread in threads:
         thread.start()
-    time.sleep(seconds / 10)
-    early = service.memory
+    begun = time.monotonic()
+    while time.monotonic() < until:
+        time.sleep(1)
+        memory.append(service.memory)
+        if kill and (time.monotonic() - begun) // kill > killed and (workers := service.workers):
+            os.kill(rng.choice(workers), signal.SIGKILL)
+            killed += 1
     for thread in threads:
         thread.join()
-    return counts, early, service.memory
+    return sum((each.counts for each in people), Counter()), memory, killed
 
 
-def hostile(service: Service, run: str, count: int) -> Counter[str]:
-    """Damaged requests by what came back."""
-    counts: Counter[str] = Counter()
-    body = json.dumps({"run": run, "text": "a b", "keys": [{"time": 0.1, "name": "aperture", "low": 1}]})
-    heads = [f"GET {p} HTTP/1.1\r\nHost: 127.0.0.1:{service.port}\r\nConnection: close\r\n\r\n" for p in (
-        "/", "/page.js", "/v1/runs", "/v1/takes/abc", "/v1/takes/abc/pictures?first=0&count=2", "/v1/openapi.json",
-        "/v1/takes/..%2f..%2fetc/files/passwd", "/..%2f..%2fetc%2fpasswd", "/v1/stream", "/v1/metrics")]
-    heads += [f"POST {p} HTTP/1.1\r\nHost: 127.0.0.1:{service.port}\r\nConnection: close\r\nContent-Type: "
-              f"application/json\r\nContent-Length: {len(body)}\r\n\r\n{body}" for p in ("/v1/speak", "/v1/takes/abc")]
-    for number in range(count):
-        rng = random.Random(number)
-        data = bytearray(rng.choice(heads).encode())
-        for _ in range(rng.randint(1, 6)):
-            at = rng.randrange(len(data))
-            data[at:at + rng.randint(0, 3)] = rng.choice(_DAMAGE)
-        answer = sent(service.port, bytes(data))
-        found = re.match(rb"HTTP/1\.[01] (\d{3}) ", answer)
-        counts[found[1].decode() if found else "dropped"] += 1
-        counts["told too much"] += b"Traceback" in answer or b"root:" in answer
-    return counts
+def middle(values: list[float], first: float, last: float) -> float:
+    """The median of a part of values; the part as shares of the whole."""
+    return statistics.median(values[int(first * len(values)) : max(int(last * len(values)), 1)])
 
 
-def sent(port: int, data: bytes) -> bytes:
-    """What comes back of bytes; one who gets nothing leaves after half a second."""
-    got = b""
-    with socket.create_connection(("127.0.0.1", port), timeout=0.5) as client:
-        try:
-            client.sendall(data)
-            while part := client.recv(65536):
-                got += part
-        except (TimeoutError, ConnectionError):
-            pass
-    return got
+def told(seconds: list[float]) -> str:
+    """The middle and the 95th of 100 of sorted seconds."""
+    return (
+        f"median {statistics.median(seconds):.3f} s, 95 % {seconds[int(0.95 * len(seconds))]:.3f} s"
+    )
 
 
 def main() -> None:
     """Print what was seen."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("runs", type=Path)
     parser.add_argument("--clients", type=int, default=50)
     parser.add_argument("--seconds", type=float, default=600)
-    parser.add_argument("--hostile", type=int, default=10_000)
+    parser.add_argument(
+        "--kill",
+        type=float,
+        default=20,
+        help="seconds between two workers that are killed; 0: none is",
+    )
+    parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
-    resource.setrlimit(resource.RLIMIT_NOFILE, (4096, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
-    service = Service(options.runs)
-    try:
-        run = json.loads(service.ask("GET", "/v1/runs")[1])["runs"][0]["name"]
-        alone = first_picture(service, run)
-        print(f"first picture of ten words: median {statistics.median(alone):.2f} s, "
-              f"95 % {alone[int(0.95 * len(alone))]:.2f} s")
-        one, *_ = crowd(service, run, 1, min(20.0, options.seconds))
-        rate = one["speak 200"] / min(20.0, options.seconds)
-        counts, early, late = crowd(service, run, options.clients, options.seconds)
-        print(f"{options.clients} clients, {options.seconds:g} s: {dict(sorted(counts.items()))}")
+    alone = min(30.0, options.seconds)
+    with serving(options.runs, 1) as (service, run):
+        print(f"first picture of ten words: {told(first_picture(service, run))}", flush=True)
+        print(f"from a dragged key to its picture: {told(dragged_key(service, run))}", flush=True)
+        one, *_ = crowd(service, run, 1, alone, 0)
+    rate = one["speak 200"] / alone
+    print(
+        f"one client of one worker: {rate:.2f} takes a second; load of the machine {os.getloadavg()[0]:.1f}",
+        flush=True,
+    )
+    with serving(options.runs, options.workers) as (service, run):
+        counts, memory, killed = crowd(service, run, options.clients, options.seconds, options.kill)
+        print(
+            f"{options.clients} clients of {options.workers} workers, {options.seconds:g} s, {killed} workers killed; "
+            f"load of the machine {os.getloadavg()[0]:.1f}: {dict(sorted(counts.items()))}"
+        )
         pace = counts["speak 200"] / options.seconds
-        print(f"takes a second: {pace:.2f}, {pace / rate:.2f} times one client alone; "
-              f"memory {early:.0f} MB early, {late:.0f} MB at the end")
-        print(f"damaged requests: {dict(sorted(hostile(service, run, options.hostile).items()))}")
-        print(f"still well: {service.ask('GET', '/v1/health')[0] == 200}, {service.memory:.0f} MB")
-    finally:
-        service.process.terminate()
-        service.process.wait()
+        print(f"takes a second: {pace:.2f}, {pace / rate:.2f} times one client of one worker")
+        print(
+            "memory, in tenths of the time: "
+            + " ".join(f"{middle(memory, k / 10, (k + 1) / 10):.0f}" for k in range(10))
+            + f" MB; last against second {middle(memory, 0.9, 1) / middle(memory, 0.1, 0.2):.3f}"
+        )
+        status, health = service.ask("GET", "/v1/health")
+        print(f"still well: {status == 200}, {health.decode()}")
 
 
 if __name__ == "__main__":

@@ -2,8 +2,11 @@
 
 Serves the finished runs in a folder; where there is none yet, the page offers to make the built-in talker. Beside it
 are pages of footage, labels, training, results and viewing tests.
+Other machines get in by --host alone, with a token: that of the environment variable DNNVSS_TOKEN, else one that is
+made and printed.
 """
 
+import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -11,10 +14,13 @@ from secrets import token_urlsafe
 
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE
+from dnnvss.errors import DnnvssError
 from dnnvss.style.generator import StyleSettings
 
 FOLDERS = ("data", "labels", "viewing")
 """Where commands write corpora, labels and viewing tests unless told otherwise."""
+_TOKEN, _SHORTEST = "DNNVSS_TOKEN", 16
+"""The variable of the environment that may hold the token, and how many letters it has at least."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -29,24 +35,57 @@ def main(arguments: Sequence[str]) -> int:
                         "it is reached, with its port where that is not the usual one, such as face.example:8766")
     parser.add_argument("--folder", action="append", type=Path, metavar="FOLDER", help="a folder whose corpora, "
                         f"labels, viewing tests and comparisons are listed; may be given again ({', '.join(FOLDERS)})")
+    parser.add_argument("--workers", type=whole(1, 64), default=_workers(), help="processes that say and draw "
+                        f"({_workers()}); each holds about half a gigabyte")
+    parser.add_argument("--waiting", type=whole(0, 10_000), default=64, help="requests that wait for a worker; further "
+                        "ones are told to come again (64)")
+    parser.add_argument("--seconds", type=whole(1, 36_000), default=120, help="that one request may take (120)")
+    parser.add_argument("--log", type=Path, metavar="FILE", help="a line of JSON for each request; - for the terminal")
+    parser.add_argument("--log-texts", action="store_true", help="what is said stands in the log, too")
     options = parser.read(arguments)
     from dnnvss.studio.areas import with_areas
+    from dnnvss.studio.pool import PoolLimits
+    from dnnvss.studio.requests import Requests
     from dnnvss.studio.server import Server
     from dnnvss.studio.speaking import SpeakingDesk
 
-    token = None if options.host == "127.0.0.1" else token_urlsafe(18)
-    desk = SpeakingDesk(options.runs, styles())
+    token, made = _token(options.host)
+    limits = PoolLimits(options.workers, options.waiting, working=options.seconds)
+    requests = Requests(options.log, options.log_texts)
+    desk = SpeakingDesk(options.runs, styles(), limits, requests)
     try:
         folders = options.folder or [Path(name) for name in FOLDERS]
         page = with_areas(desk.page(), options.runs, folders)
         with Server(page, options.port, options.host, token=token, names=options.name) as server:
-            print(f"open {server.url}{f'?token={token}' if token else ''} (Ctrl-C ends); the service is described at "
+            print(f"open {server.url}{f'?token={token}' if made else ''} (Ctrl-C ends); the service is described at "
                   f"{server.url}v1/openapi.json", flush=True)
             with suppress(KeyboardInterrupt):
                 server.wait()
     finally:
         desk.close()
     return DONE
+
+
+def _workers() -> int:
+    """A process for each processor that this one may use, four at most."""
+    usable = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    return min(4, len(usable))
+
+
+def _token(host: str) -> tuple[str | None, bool]:
+    """What others have to bring, and whether it was made just now; None where this machine alone gets in.
+
+    Raises:
+        DnnvssError: the one that is given can be guessed.
+    """
+    if host == "127.0.0.1":
+        return None, False
+    if not (given := os.environ.get(_TOKEN, "")):
+        return token_urlsafe(18), True
+    if len(given) < _SHORTEST or not given.isascii():
+        raise DnnvssError(f"the token in {_TOKEN} is shorter than {_SHORTEST} letters, or not plain ASCII",
+                          remedy="Give a longer one that nobody can guess, or none: then one is made")
+    return given, False
 
 
 def styles() -> dict[str, StyleSettings]:

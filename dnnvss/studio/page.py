@@ -87,7 +87,14 @@ request is a ``DnnvssError``, whose text the page is sent."""
 
 
 class BusyError(DnnvssError):
-    """A request that cannot be worked on now and may be sent again in a moment."""
+    """A request that cannot be worked on now and may be sent again in a moment: :attr:`seconds`."""
+
+    seconds = 1
+
+    def after(self, seconds: int) -> "BusyError":
+        """The same, to be sent again after so many seconds, a minute at most."""
+        self.seconds = min(max(1, seconds), 60)
+        return self
 
 
 STREAM = "STREAM"

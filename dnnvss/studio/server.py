@@ -7,6 +7,7 @@ are read, every wait has an end, and nothing of a traceback leaves the process.
 import asyncio
 import json
 import logging
+import os
 import socket
 import threading
 import time
@@ -105,7 +106,8 @@ class Server:
         try:
             self._socket = socket.create_server((host, port))
         except OSError as error:
-            raise DnnvssError(f"port {port} cannot be used ({error.strerror or error})", remedy=remedy) from error
+            why = os.strerror(error.errno) if error.errno else str(error)
+            raise DnnvssError(f"port {port} cannot be used ({why})", remedy=remedy) from error
         self.port = int(self._socket.getsockname()[1])
         self._host, self._token = host, token
         own = {host, "localhost"} if host == "127.0.0.1" else {host}
@@ -183,7 +185,7 @@ class Server:
         except _Refused as refused:
             response = _error(refused.status, str(refused), refused.close, refused.headers)
         except BusyError as error:
-            response = _error(503, str(error), headers={"Retry-After": "1"})
+            response = _error(503, str(error), headers={"Retry-After": str(error.seconds)})
         except DnnvssError as error:
             response = _error(400, str(error))
         except OSError as error:
@@ -191,6 +193,11 @@ class Server:
         except Exception:
             _LOG.exception("a page asked for %s and this failed", request.path)
             response = _error(500, "the server failed at this; the terminal in which it runs says more")
+        sending = asyncio.ensure_future(self._send(request, response))
+        await asyncio.shield(sending)  # a file that is open is closed, though the client left
+        return response
+
+    async def _send(self, request: web.BaseRequest, response: web.StreamResponse) -> None:
         try:
             async with asyncio.timeout(self.limits.answering):
                 await response.prepare(request)
@@ -198,7 +205,8 @@ class Server:
         except TimeoutError:
             if request.transport is not None:
                 request.transport.abort()
-        return response
+        except ConnectionError:  # nobody is there to take it
+            pass
 
     def _check_origin(self, request: web.BaseRequest) -> None:
         """Refuse what no page of this server sent: other names of this machine, and other pages in the browser."""
@@ -265,7 +273,7 @@ class Server:
         if len(parts) > 1:
             page, parts = await asyncio.to_thread(page.within, parts)
         if request.method in _READING and len(parts) == 1 and (file := page.static().get(f"/{parts[0]}")):
-            request[_ROUTE] = request.path
+            request[_ROUTE] = f"/{parts[0]}"
             response = _response(file)
             if self._token and request.query.get("token"):
                 response.set_cookie(_COOKIE, self._token, httponly=True, samesite="Strict")

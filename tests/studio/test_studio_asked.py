@@ -1,18 +1,18 @@
 """What the service is asked for: bodies, their description, and the bounds on work."""
 
-import threading
-import time
+import json
 from pathlib import Path
 
 import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
-from dnnvss.studio.page import BusyError
+from dnnvss.studio.page import Seen
+from dnnvss.studio.requests import Requests
 from dnnvss.studio.speaking import Change, Saying, SpeakingDesk
+from dnnvss.studio.speaking.known import KnownTakes
 from dnnvss.studio.speaking.openapi import described
 from dnnvss.studio.speaking.uploads import Uploads
-from dnnvss.studio.speaking.work import Work
 
 
 def asked(**body: object) -> Saying:
@@ -51,43 +51,48 @@ def test_the_description_names_every_route_and_setting(tmp_path: Path) -> None:
         desk.close()
 
 
-def test_no_more_is_done_at_once_and_no_more_waits_than_is_allowed() -> None:
-    work, together, most = Work(at_once=2, waiting=2, patience=5), [], []
-
-    def do() -> None:
-        try:
-            with work.task("t"):
-                together.append(1)
-                most.append(len(together))
-                time.sleep(0.1)
-                together.pop()
-        except BusyError:
-            most.append(-1)
-
-    threads = [threading.Thread(target=do) for _ in range(7)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert sorted(most) == [-1, -1, -1, *sorted(n for n in most if n > 0)]
-    assert max(most) <= 2
-    assert work.inside == 0
-    assert 'dnnvss_work_total{task="t"} 4' in work.told()
-    assert 'dnnvss_work_total{task="refused"} 3' in work.told()
-
-
-def test_what_waits_too_long_is_told() -> None:
-    work = Work(at_once=1, waiting=5, patience=0.05)
-    with work.task("long"), pytest.raises(BusyError, match="too long"), work.task("short"):
-        pass
-    assert work.inside == 0
-
-
-def test_what_is_brought_and_cannot_be_read_is_told_in_words() -> None:
-    uploads = Uploads()
+def test_what_is_brought_and_cannot_be_read_is_told_in_words(tmp_path: Path) -> None:
+    uploads = Uploads(tmp_path)
     with pytest.raises(DnnvssError, match="cannot be read"):
         uploads.sound(b"RIFF\0\0")
     with pytest.raises(DnnvssError, match="not read"):
         uploads.alignment("a.exe", b"")
     with pytest.raises(DnnvssError, match="not kept"):
-        uploads.get("nothing")
+        uploads.path("nothing")
+
+
+def test_old_takes_are_forgotten_with_their_files(tmp_path: Path) -> None:
+    known = KnownTakes(tmp_path, most=3, files_most=250)
+    for k in range(4):
+        (tmp_path / f"t{k}").mkdir()
+        (tmp_path / f"t{k}" / "a.csv").write_bytes(bytes(100))
+        known.put(f"t{k}", asked(text=f"{k}"), k)
+    with pytest.raises(DnnvssError, match="not kept"):
+        known.get("t0")
+    assert not (tmp_path / "t0").exists() and known.get("t1").saying.text == "1"
+    for k in (2, 3, 1):  # 300 bytes, and 250 are kept: the files of the one asked for longest ago go
+        known.file(f"t{k}", "a.csv")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["t1", "t3"] and len(known) == 3
+
+
+def test_long_sayings_make_room_for_each_other(tmp_path: Path) -> None:
+    known = KnownTakes(tmp_path, bytes_most=3000)
+    for k in range(4):
+        known.put(f"t{k}", asked(text="a" * 1000), 1)
+    assert len(known) == 2 and known.get("t3").told["text"] == "a" * 1000
+
+
+def test_requests_are_counted_and_written_of_without_what_was_said(tmp_path: Path) -> None:
+    log = tmp_path / "log.jsonl"
+    quiet, told = Requests(log), Requests()
+    for status, seconds in ((200, 0.04), (200, 0.4), (503, 40.0)):
+        quiet.seen(Seen("POST", "/v1/speak", status, seconds, 10, 20, {"signs": 5, **quiet.texts("hello")}))
+    quiet.close()
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    assert [line["status"] for line in lines] == [200, 200, 503] and lines[1]["seconds"] == 0.4
+    assert "hello" not in log.read_text() and lines[0]["signs"] == 5
+    text = quiet.told()
+    assert 'dnnvss_requests_total{method="POST",route="/v1/speak",status="200"} 2' in text
+    assert 'dnnvss_request_seconds_bucket{route="/v1/speak",le="0.5"} 2' in text
+    assert 'dnnvss_request_seconds_bucket{route="/v1/speak",le="+Inf"} 3' in text
+    assert told.texts("hello") == {} and Requests(texts=True).texts("hello") == {"text": "hello"}

@@ -4,8 +4,14 @@ import asyncio
 import http.client
 import io
 import json
+import os
+import re
 import shlex
 import shutil
+import signal
+import subprocess
+import sys
+import time
 import zipfile
 from collections.abc import Iterator
 from contextlib import closing
@@ -22,6 +28,7 @@ from conftest import run_command
 
 from dnnvss.commands.studio import styles
 from dnnvss.media import read_video, video_info
+from dnnvss.studio.pool import PoolLimits
 from dnnvss.studio.server import Server
 from dnnvss.studio.speaking import SpeakingDesk
 
@@ -58,9 +65,14 @@ def runs(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def client(runs: Path) -> Iterator[Client]:
-    desk = SpeakingDesk(runs, styles())
+    desk = SpeakingDesk(runs, styles(), PoolLimits(workers=2))
     with Server(desk.page()) as server:
-        yield Client(server)
+        client = Client(server)
+        until = time.monotonic() + 120
+        while client.ask("GET", "/v1/health")[0] != 200:
+            assert time.monotonic() < until, "no worker came"
+            time.sleep(0.1)
+        yield client
     desk.close()
 
 
@@ -182,6 +194,68 @@ def pictures_of(client: Client, take: str, first: int) -> bytes:
 def test_runs_are_named_and_never_paths(client: Client, runs: Path) -> None:
     for name in ("../corpus", str(runs), "", "runs\0"):
         assert client.ask("POST", "/v1/speak", {"run": name, "text": "a"})[0] == 400
+
+
+def test_rig_files_are_those_of_their_commands(client: Client, take: Any, tmp_path: Path,
+                                               monkeypatch: pytest.MonkeyPatch) -> None:
+    names = {"livelink.csv", "shapes.json", "head.glb", "plain.csv"}
+    assert names < set(take["files"]) and names < set(take["commands"])
+    monkeypatch.chdir(tmp_path)
+    for name in sorted(names):
+        status, data = client.ask("GET", f"/v1/takes/{take['id']}/files/{name}")
+        assert status == 200
+        words = shlex.split(take["commands"][name])
+        assert run_command("speak", *words[2:], "out=again.mp4") == 0
+        own = (tmp_path / name).read_bytes()
+        if name == "livelink.csv":
+            rows = [[[float(word) for word in line.split(",")[2:]] for line in text.decode().splitlines()[1:]]
+                    for text in (data, own)]
+            np.testing.assert_allclose(rows[0], rows[1], atol=1e-5)
+            assert np.shape(rows[0]) == (take["frames"], 61) and data.splitlines()[0] == own.splitlines()[0]
+        elif name == "head.glb":
+            assert data[:4] == b"glTF" and len(data) == len(own)
+        else:
+            assert len(data.splitlines()) == len(own.splitlines())
+
+
+def test_the_client_in_the_docs_is_as_short_as_it_says_and_works(client: Client, tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "studio.md").read_text("utf-8")
+    found = re.search(r"```python\n(.*?)```", text, re.S)
+    assert found is not None and len(found[1].splitlines()) <= 20
+    (tmp_path / "client.py").write_text(found[1])
+    done = subprocess.run([sys.executable, "client.py", f"http://127.0.0.1:{client.server.port}"], cwd=tmp_path,
+                          capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert re.match(r"\d+ pictures at 30.0 a second", done.stdout)
+    assert video_info(tmp_path / "hello.mp4").has_audio
+
+
+def test_a_take_outlives_the_worker_that_said_it(client: Client, take: Any) -> None:
+    asked = {path: client.ask("GET", f"/v1/takes/{take['id']}{path}")[1]
+             for path in ("", "/pictures?first=3&count=4", "/sound")}
+    changed = client.json("POST", f"/v1/takes/{take['id']}", {"articulation": 1.4})
+    for pid in workers():
+        os.kill(pid, signal.SIGKILL)
+    for path, before in asked.items():
+        status, data = client.ask("GET", f"/v1/takes/{take['id']}{path}")
+        assert status == 200 and data == before
+    again = client.json("POST", f"/v1/takes/{take['id']}", {"articulation": 1.4})
+    assert again["curves"] == changed["curves"]
+    assert client.json("GET", "/v1/health")["replaced"] >= 2
+
+
+def workers() -> list[int]:
+    """The workers of services of this process."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_bytes()
+            parent = (folder / "stat").read_text().rsplit(")", 1)[1].split()[1]
+        except OSError:
+            continue
+        if int(parent) == os.getpid() and b"dnnvss.studio.speaking.worker" in words:
+            found.append(int(folder.name))
+    return found
 
 
 @pytest.fixture

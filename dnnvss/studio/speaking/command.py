@@ -1,8 +1,12 @@
-"""The command line that says the same as the page did."""
+"""The command lines that say, and write, the same as the page did."""
 
 import shlex
+from collections.abc import Iterable
 
+from dnnvss.face.rig import RigFace
+from dnnvss.runs.run import Run
 from dnnvss.studio.speaking.saying import Saying
+from dnnvss.synthesis.head import can_show_head
 from dnnvss.synthesis.speak import Spoken
 
 TAKEN = {"sound": "wav=speech.wav", "alignment": "alignment=speech.TextGrid", "keys": "import_keys=keys.csv"}
@@ -27,3 +31,28 @@ def command_line(saying: Saying, spoken: Spoken) -> str:
     words += [TAKEN["keys"]] if saying.keys else []
     words += ["overrides=words.txt"] if saying.pronunciations else []
     return " ".join(["python synth.py", *map(shlex.quote, words)])
+
+
+def rig_files(run: Run) -> dict[str, str]:
+    """The takes for animators that a run's face allows: name of the file, and which curves stand in it."""
+    named = {"plain.csv": "plain"}
+    if isinstance(run.face, RigFace) or can_show_head(run):
+        named["shapes.json"] = "arkit"
+    if can_show_head(run):
+        named |= {"livelink.csv": "arkit", "head.glb": "arkit"}
+    return named
+
+
+def measured_names(spoken: Spoken) -> list[str]:
+    """What is measured for keys: the gauges of the face, or its first coefficients."""
+    return list(spoken.run.face.gauges) or list(spoken.run.face.names[:3])
+
+
+def export_lines(saying: Saying, spoken: Spoken, names: Iterable[str]) -> dict[str, str]:
+    """The command line that writes a file, for those of the names that :func:`command_line` alone does not write."""
+    line, exports = command_line(saying, spoken), {"curves.csv": "export_curves=curves.csv"}
+    listed = ",".join(measured_names(spoken))
+    exports["measured_keys.csv"] = f"export_keys=measured_keys.csv {shlex.quote(f'key_names=[{listed}]')}"
+    for name, curves in rig_files(spoken.run).items():
+        exports[name] = f"export_rig={name}" + (f" rig_curves={curves}" if curves != "arkit" else "")
+    return {name: f"{line} {exports[name]}" for name in sorted(names) if name in exports}

@@ -1,85 +1,174 @@
-"""What the page and the service do: runs, takes, uploads, and the routes to them."""
+"""What the page and the service do: runs, takes, uploads, and the routes to them; the work is done by workers."""
 
-import json
+import asyncio
+import os
 import platform
+import sys
 import tempfile
-import threading
-from collections import OrderedDict
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import asdict, fields, replace
 from pathlib import Path
+from secrets import token_urlsafe
 from typing import Any
 
 from dnnvss import __version__
 from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
 from dnnvss.runs.choice import finished_runs
-from dnnvss.runs.run import Run
-from dnnvss.studio.page import STREAM, Asked, Content, Page, Route
+from dnnvss.studio.page import STREAM, Asked, BusyError, Content, Page, Route
+from dnnvss.studio.pool import Done, Pool, PoolLimits
+from dnnvss.studio.requests import Requests
+from dnnvss.studio.speaking.known import KnownTakes
 from dnnvss.studio.speaking.openapi import described
 from dnnvss.studio.speaking.saying import Change, Saying
 from dnnvss.studio.speaking.setup import Setup
-from dnnvss.studio.speaking.takes import Shelf, Take
 from dnnvss.studio.speaking.uploads import Uploads
-from dnnvss.studio.speaking.work import Work
 from dnnvss.style.generator import StyleSettings
-from dnnvss.synthesis.speak import speak, speak_again
 
 MOST_SENT = 60_000_000
 """Bytes of a sound that is brought."""
-_OPEN = 3
-"""Runs that are held open."""
+_READERS, _BRINGING = 2, 16
+"""Processes that read what was brought, and how many may wait for them."""
+_STREAMED = 4
+"""Pictures of a stream that are drawn at once."""
+WORKER = (sys.executable, "-m", "dnnvss.studio.speaking.worker")
+"""What starts a worker."""
 
 
 class SpeakingDesk:
-    """What is behind the page: everything that is kept lies here, and is gone with it.
+    """What is behind the page: everything that is kept lies here and with its workers, and is gone with it.
 
     Args:
         runs: a folder of run folders, or a run.
         styles: the styles by name.
-        work: bounds on what is done at once.
+        limits: on what is done at once, and for how long.
+        requests: counts requests, and writes a log of them.
+        worker: starts a worker.
     """
 
-    def __init__(self, runs: Path, styles: Mapping[str, StyleSettings], work: Work | None = None) -> None:
-        self._runs, self._styles, self._work = runs, styles, work or Work()
-        self._opened: OrderedDict[str, Run] = OrderedDict()
-        self._lock, self._drawing = threading.Lock(), threading.Lock()
-        self._shelf, self._uploads, self._setup = Shelf(), Uploads(), Setup(runs)
-        self._folder = tempfile.TemporaryDirectory(prefix="dnnvss-studio-")
+    def __init__(
+        self,
+        runs: Path,
+        styles: Mapping[str, StyleSettings],
+        limits: PoolLimits | None = None,
+        requests: Requests | None = None,
+        worker: tuple[str, ...] = WORKER,
+    ) -> None:
+        self._runs, self._styles, self._requests = runs, styles, requests or Requests()
+        self._temporary = tempfile.TemporaryDirectory(prefix="dnnvss-studio-")
+        folder = Path(self._temporary.name)
+        self._known, self._uploads, self._setup = (
+            KnownTakes(folder),
+            Uploads(folder / "sounds"),
+            Setup(runs),
+        )
+        greeting = {
+            "runs": str(runs.absolute()),
+            "styles": {name: asdict(own) for name, own in styles.items()},
+            "folder": str(folder),
+            "parent": os.getpid(),
+        }
+        self._pool = Pool(worker, greeting, limits or PoolLimits())
+        self._bringing, self._readers = 0, asyncio.Semaphore(_READERS)
 
     def page(self) -> Page:
         """The page to serve, with the service under it."""
         routes = (
-            Route("GET", "/v1/runs", lambda asked: self.runs(), "the finished runs, the last one first"),
-            Route("POST", "/v1/speak", lambda asked: self.speak(asked.body), "says something; answers with a take"),
-            Route("POST", "/v1/takes/{take}", lambda asked: self.change(asked.names["take"], asked.body),
-                  "the same words at the same times in another style or with keys; answers with a new take"),
-            Route("GET", "/v1/takes/{take}", lambda asked: self._shelf.get(asked.names["take"]).described(),
-                  "all about a take but its pictures and its sound"),
-            Route("GET", "/v1/takes/{take}/pictures", self.pictures,
-                  "pictures first=K count=N view=face as JPEG, each behind its length in four bytes"),
+            Route(
+                "GET",
+                "/v1/runs",
+                lambda asked: self.runs(),
+                "the finished runs, the last one first",
+            ),
+            Route("POST", "/v1/speak", self.speak, "says something; answers with a take"),
+            Route(
+                "POST",
+                "/v1/takes/{take}",
+                self.change,
+                "the same words at the same times in another style or with keys; answers with a new take",
+            ),
+            Route(
+                "GET",
+                "/v1/takes/{take}",
+                self.told,
+                "all about a take but its pictures and its sound",
+            ),
+            Route(
+                "GET",
+                "/v1/takes/{take}/pictures",
+                self.pictures,
+                "pictures first=K count=N view=face as JPEG, each behind its length in four bytes",
+            ),
             Route("GET", "/v1/takes/{take}/sound", self.sound, "the sound as 16-bit WAV"),
-            Route("GET", "/v1/takes/{take}/files/{file}", self.file, "a file to take away; the take names them"),
-            Route(STREAM, "/v1/stream", lambda asked: self.stream(asked.body), "says something, as speak; a WebSocket: "
-                  "first the take as JSON, then each picture as JPEG behind its number in four bytes"),
-            Route("POST", "/v1/sounds", lambda asked: self._uploads.sound(asked.body),
-                  "a recording in any common format; answers with its id", MOST_SENT),
-            Route("POST", "/v1/alignments/{file}",
-                  lambda asked: self._uploads.alignment(asked.names["file"], asked.body),
-                  "phone times out of a TextGrid or .lab, as speak takes them", 5_000_000),
-            Route("GET", "/v1/setup", lambda asked: self._setup.state(), "how far the built-in talker is"),
-            Route("POST", "/v1/setup", lambda asked: self._setup.start(), "makes the built-in talker"),
-            Route("GET", "/v1/health", lambda asked: self.health(), "whether the service is well"),
-            Route("GET", "/v1/metrics", lambda asked: Content(self._work.told().encode(), "text/plain; version=0.0.4"),
-                  "counts and seconds in the text form of Prometheus"),
-            Route("GET", "/v1/openapi.json", lambda asked: described(self.page().routes), "this description"),
+            Route(
+                "GET",
+                "/v1/takes/{take}/files/{file}",
+                self.file,
+                "a file to take away; the take names them",
+            ),
+            Route(
+                STREAM,
+                "/v1/stream",
+                self.stream,
+                "says something, as speak; a WebSocket: "
+                "first the take as JSON, then each picture as JPEG behind its number in four bytes",
+            ),
+            Route(
+                "POST",
+                "/v1/sounds",
+                self.bring_sound,
+                "a recording in any common format; answers with its id",
+                MOST_SENT,
+            ),
+            Route(
+                "POST",
+                "/v1/alignments/{file}",
+                self.bring_times,
+                "phone times out of a TextGrid or .lab, as speak takes them",
+                5_000_000,
+            ),
+            Route(
+                "GET",
+                "/v1/setup",
+                lambda asked: self._setup.state(),
+                "how far the built-in talker is",
+            ),
+            Route(
+                "POST", "/v1/setup", lambda asked: self._setup.start(), "makes the built-in talker"
+            ),
+            Route(
+                "GET",
+                "/v1/health",
+                self.health,
+                "whether the service is well; 503 where no worker is there",
+            ),
+            Route(
+                "GET",
+                "/v1/metrics",
+                self.metrics,
+                "counts and seconds in the text form of Prometheus",
+            ),
+            Route(
+                "GET",
+                "/v1/openapi.json",
+                lambda asked: described(self.page().routes),
+                "this description",
+            ),
         )
-        return Page("speaking", routes)
+        return Page("speaking", routes, around=self.working, seen=self._requests.seen)
+
+    @asynccontextmanager
+    async def working(self) -> AsyncIterator[None]:
+        """Have the workers in the block."""
+        async with self._pool.working():
+            yield
 
     def close(self) -> None:
         """Forget everything."""
         self._setup.end()
-        self._folder.cleanup()
+        self._requests.close()
+        self._temporary.cleanup()
 
     def runs(self) -> dict[str, Any]:
         """The runs by name, what drives each, and the styles; none where nothing was trained yet."""
@@ -87,83 +176,179 @@ class SpeakingDesk:
             found = finished_runs(self._runs)
         except DnnvssError as error:
             return {"runs": [], "styles": list(self._styles), "why": str(error)}
-        runs = [{"name": c.folder.name, "title": c.title, "correlation": round(c.headline, 3),
-                 "face": str(c.settings.face["kind"]), "listens": "sound" in c.needs,
-                 "reads": bool(c.needs & {"phones", "words"})} for c in found]
+        runs = [
+            {
+                "name": c.folder.name,
+                "title": c.title,
+                "correlation": round(c.headline, 3),
+                "face": str(c.settings.face["kind"]),
+                "listens": "sound" in c.needs,
+                "reads": bool(c.needs & {"phones", "words"}),
+            }
+            for c in found
+        ]
         return {"runs": runs, "styles": list(self._styles), "why": ""}
 
-    def health(self) -> dict[str, Any]:
-        """That it answers, its version, and how much it keeps."""
-        return {"well": True, "version": __version__, "python": platform.python_version(), "takes": len(self._shelf),
-                "inside": self._work.inside}
+    async def health(self, asked: Asked) -> dict[str, Any]:
+        """That it answers, its version, and how much it keeps.
 
-    def speak(self, body: Any) -> dict[str, Any]:
-        """Say something and keep it as a take."""
-        saying = as_record(Saying, body, "the request", "GET /v1/openapi.json describes it")
-        with self._work.task("speak"):
-            run = self._run(saying.run)
-            recording = self._uploads.get(saying.sound) if saying.sound else None
-            return self._kept(Take(saying, speak(run, saying.request(run.face, self._styles, recording))))
+        Raises:
+            BusyError: no worker is there: none has begun yet, or they end as they begin.
+        """
+        if not self._pool.ready:
+            raise BusyError("no worker is there yet", remedy="Ask again in a moment").after(3)
+        return {
+            "well": True,
+            "version": __version__,
+            "python": platform.python_version(),
+            "takes": len(self._known),
+            "inside": self._pool.inside,
+            "workers": self._pool.ready,
+            "replaced": self._pool.counts["replaced"],
+        }
 
-    def change(self, name: str, body: Any) -> dict[str, Any]:
+    async def metrics(self, asked: Asked) -> Content:
+        """Counts and seconds of requests and of work."""
+        return Content(
+            (self._pool.told() + self._requests.told()).encode(), "text/plain; version=0.0.4"
+        )
+
+    async def speak(self, asked: Asked) -> Content:
+        """Say something and know it as a take."""
+        saying = await asyncio.to_thread(_read, Saying, asked.body)
+        return (await self._said(asked, saying))[1]
+
+    async def change(self, asked: Asked) -> Content:
         """Say a take again in another style or with other keys."""
-        take = self._shelf.get(name)
-        change = as_record(Change, body, "the request", "GET /v1/openapi.json describes it")
-        own = {key: getattr(change, key) for key in asdict(change)}
-        saying = replace(take.saying, **own)
-        with self._work.task("change"):
-            spoken = take.spoken
-            request = saying.request(spoken.run.face, self._styles, spoken.request.recording)
-            return self._kept(Take(saying, speak_again(spoken, request)))
+        old = asked.names["take"]
+        known = self._known.get(old)
+        change = await asyncio.to_thread(_read, Change, asked.body)
+        saying = replace(
+            known.saying, **{field.name: getattr(change, field.name) for field in fields(Change)}
+        )
+        return (await self._said(asked, saying, old))[1]
 
-    def pictures(self, asked: Asked) -> Content:
+    async def _said(self, asked: Asked, saying: Saying, like: str = "") -> tuple[str, Content, int]:
+        """The id of a new take, what is told of it, and the number of its pictures."""
+        name, near = token_urlsafe(9), self._known.get(like).worker if like else None
+        asked.notes.update(
+            {"run": saying.run, "signs": len(saying.text)} | self._requests.texts(saying.text)
+        )
+        job = {
+            "job": "change" if like else "speak",
+            "take": name,
+            "saying": asdict(saying),
+            "like": like,
+        }
+        done = await self._done(asked, job | self._heard(saying), near)
+        self._known.put(name, saying, done.worker)
+        return name, Content(done.body, str(done.head["kind"])), int(done.head["frames"])
+
+    def _heard(self, saying: Saying) -> dict[str, str]:
+        return {"sound": str(self._uploads.path(saying.sound))} if saying.sound else {}
+
+    async def _done(self, asked: Asked, job: Mapping[str, Any], near: int | None) -> Done:
+        done = await self._pool.do(job, near)
+        asked.notes.update(
+            {"worker": done.worker, "tries": done.tries, "waited": round(done.waited, 4)}
+        )
+        return done
+
+    async def _of(self, asked: Asked, name: str, job: str, **more: Any) -> Done:
+        """What the worker that keeps a take, or else another one, makes of a job about it."""
+        known = self._known.get(name)
+        about = {
+            "job": job,
+            "take": name,
+            "saying": known.told,
+            **self._heard(known.saying),
+            **more,
+        }
+        done = await self._done(asked, about, known.worker)
+        known.worker = done.worker
+        return done
+
+    async def told(self, asked: Asked) -> Content:
+        """All about a take."""
+        done = await self._of(asked, asked.names["take"], "told")
+        return Content(done.body, str(done.head["kind"]))
+
+    async def pictures(self, asked: Asked) -> Content:
         """A few pictures of a take."""
-        take = self._shelf.get(asked.names["take"])
-        first, count = (_whole(asked.query, name, default) for name, default in (("first", 0), ("count", 8)))
-        with self._work.task("pictures"):
-            return Content(take.pictures(first, count, asked.query.get("view")), "application/octet-stream")
+        first, count = (
+            _whole(asked.query, name, default) for name, default in (("first", 0), ("count", 8))
+        )
+        done = await self._of(
+            asked,
+            asked.names["take"],
+            "pictures",
+            first=first,
+            count=count,
+            view=asked.query.get("view"),
+        )
+        return Content(done.body, str(done.head["kind"]))
 
-    def stream(self, body: Any) -> Iterator[str | bytes]:
+    async def stream(self, asked: Asked) -> AsyncIterator[str | bytes]:
         """Say something; yield the take as JSON, then its pictures one by one."""
-        told = self.speak(body)
-        yield json.dumps(told, allow_nan=False)
-        take = self._shelf.get(told["id"])
-        for frame in range(take.frames):
-            with self._work.task("pictures"):
-                picture = take.pictures(frame, 1)
-            yield frame.to_bytes(4, "little") + picture[4:]
+        saying = await asyncio.to_thread(_read, Saying, asked.body)
+        name, told, frames = await self._said(asked, saying)
+        yield told.body.decode()
+        for first in range(0, frames, _STREAMED):
+            count = min(_STREAMED, frames - first)
+            done = await self._of(asked, name, "pictures", first=first, count=count, view=None)
+            for number, picture in enumerate(split(done.body), first):
+                yield number.to_bytes(4, "little") + picture
 
-    def sound(self, asked: Asked) -> Content:
+    async def sound(self, asked: Asked) -> Content:
         """The sound of a take."""
-        if (sound := self._shelf.get(asked.names["take"]).sound) is None:
-            raise DnnvssError("nothing is heard in this take", remedy="Say it with an engine or a recording")
-        return Content(sound, "audio/wav")
+        done = await self._of(asked, asked.names["take"], "sound")
+        return Content(done.body, str(done.head["kind"]))
 
-    def file(self, asked: Asked) -> Path:
+    async def file(self, asked: Asked) -> Path:
         """A file of a take, made when it is first asked for."""
-        take = self._shelf.get(asked.names["take"])
-        with self._work.task("file"), self._drawing:
-            return take.file(asked.names["file"], Path(self._folder.name) / take.id)
+        name, file = asked.names["take"], asked.names["file"]
+        await self._of(
+            asked, name, "file", file=file
+        )  # refuses a name that is none of the take's files
+        return await asyncio.to_thread(self._known.file, name, file)
 
-    def _kept(self, take: Take) -> dict[str, Any]:
-        for old in self._shelf.put(take):
-            folder = Path(self._folder.name) / old.id
-            for path in folder.glob("*"):
-                path.unlink(missing_ok=True)
-        return take.described()
+    async def bring_sound(self, asked: Asked) -> dict[str, Any]:
+        """Keep a sound."""
+        async with self._reading():
+            return await asyncio.to_thread(self._uploads.sound, asked.body)
 
-    def _run(self, name: str) -> Run:
-        """A run by its name, held open."""
-        with self._lock:
-            if name not in self._opened:
-                folders = {c.folder.name: c.folder for c in finished_runs(self._runs)}
-                if name not in folders:
-                    raise DnnvssError(f"there is no run {name[:80]!r}", remedy="GET /v1/runs lists them")
-                self._opened[name] = Run.open(folders[name])
-                while len(self._opened) > _OPEN:
-                    self._opened.popitem(last=False)
-            self._opened.move_to_end(name)
-            return self._opened[name]
+    async def bring_times(self, asked: Asked) -> Any:
+        """Phone times out of a file."""
+        async with self._reading():
+            return await asyncio.to_thread(self._uploads.alignment, asked.names["file"], asked.body)
+
+    @asynccontextmanager
+    async def _reading(self) -> AsyncIterator[None]:
+        """Read what was brought in the block, when it is its turn."""
+        if self._bringing >= _READERS + _BRINGING:
+            raise BusyError(
+                "too many are bringing something", remedy="Bring it again in a moment"
+            ).after(5)
+        self._bringing += 1
+        try:
+            async with self._readers:
+                yield
+        finally:
+            self._bringing -= 1
+
+
+def split(pictures: bytes) -> list[bytes]:
+    """Pictures that stand one after the other, each behind its length."""
+    found, at = list[bytes](), 0
+    while at < len(pictures):
+        end = at + 4 + int.from_bytes(pictures[at : at + 4], "little")
+        found.append(pictures[at + 4 : end])
+        at = end
+    return found
+
+
+def _read(kind: type, body: Any) -> Any:
+    return as_record(kind, body, "the request", "GET /v1/openapi.json describes it")
 
 
 def _whole(query: Mapping[str, str], name: str, default: int) -> int:

@@ -1,14 +1,12 @@
 """What was said: a take keeps a result, and gives its pictures, its sound and its files."""
 
 import io
-import threading
 import zipfile
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from dataclasses import asdict, dataclass
+from functools import cached_property, partial
 from pathlib import Path
-from secrets import token_urlsafe
 from typing import Any
 
 import cv2
@@ -18,10 +16,12 @@ import scipy.io.wavfile
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.curves import write_curves
-from dnnvss.studio.speaking.command import command_line
+from dnnvss.export.take import write_take
+from dnnvss.studio.speaking.command import command_line, export_lines, measured_names, rig_files
 from dnnvss.studio.speaking.saying import Saying
 from dnnvss.style import write_keys
 from dnnvss.synthesis.outputs import write_spoken
+from dnnvss.synthesis.rig import RigRequest, spoken_take
 from dnnvss.synthesis.speak import Spoken
 
 QUALITY = 88
@@ -44,7 +44,7 @@ class Take:
 
     saying: Saying
     spoken: Spoken
-    id: str = field(default_factory=lambda: token_urlsafe(9))
+    id: str
 
     @property
     def frames(self) -> int:
@@ -52,6 +52,14 @@ class Take:
         return len(self.spoken.shown)
 
     @cached_property
+    def size(self) -> int:
+        """About how many bytes it holds."""
+        spoken, heard = self.spoken, self.spoken.plan.sound
+        arrays = [spoken.movement, spoken.shown, *spoken.example.codes.arrays.values()]
+        arrays += [heard.samples, heard.heard.samples] if heard is not None else []
+        return sum(int(getattr(array, "nbytes", 0)) for array in arrays)
+
+    @property
     def sound(self) -> bytes | None:
         """The sound as 16-bit WAV; None where nothing is heard."""
         heard = self.spoken.plan.sound
@@ -60,6 +68,16 @@ class Take:
         file = io.BytesIO()
         scipy.io.wavfile.write(file, heard.rate, np.round(np.clip(heard.samples, -1, 1) * 32767).astype(np.int16))
         return file.getvalue()
+
+    def sound_or_error(self) -> bytes:
+        """The sound.
+
+        Raises:
+            DnnvssError: nothing is heard.
+        """
+        if (sound := self.sound) is None:
+            raise DnnvssError("nothing is heard in this take", remedy="Say it with an engine or a recording")
+        return sound
 
     def pictures(self, first: int, count: int, view: str | None = None) -> bytes:
         """Pictures as JPEG one after the other, each behind its length in four bytes, the lowest first.
@@ -96,7 +114,8 @@ class Take:
                 "width": width, "height": height, "tiers": tiers, "alignment": plan.alignment.to_json(),
                 "curves": curves, "risks": [s.to_json() for s in spoken.risks], "remarks": list(spoken.remarks),
                 "pronunciation": [dict(row) for row in plan.pronunciation], "engine": plan.engine,
-                "peaks": self._peaks(), "files": sorted(self.makers), "command": command_line(self.saying, self.spoken)}
+                "peaks": self._peaks(), "files": sorted(self.makers), "command": command_line(self.saying, self.spoken),
+                "commands": export_lines(self.saying, self.spoken, self.makers)}
 
     def _peaks(self) -> list[float]:
         """The loudest sample of every hundredth of a second."""
@@ -110,11 +129,10 @@ class Take:
     @property
     def makers(self) -> dict[str, Callable[[Path], Any]]:
         """The files that can be taken away, by name, and what writes each."""
-        names = list(self.spoken.run.face.gauges) or list(self.spoken.run.face.names[:3])
         made: dict[str, Callable[[Path], Any]] = {
             "speech.mp4": lambda path: write_spoken(self.spoken, path),
             "curves.csv": lambda path: write_curves(path, self.spoken.curves(), self.spoken.stage.clock),
-            "measured_keys.csv": lambda path: write_keys(path, self.spoken.keys(names, (0.5,))),
+            "measured_keys.csv": lambda path: write_keys(path, self.spoken.keys(measured_names(self.spoken), (0.5,))),
             "session.json": self._session,
             "all.zip": self._zipped,
         }
@@ -123,6 +141,7 @@ class Take:
         if words := self.saying.pronunciations:
             lines = [f"{word} {phones}" for word, phones in words.items()]
             made["words.txt"] = lambda path: files.write_text(path, "\n".join([*lines, ""]))
+        made |= {name: partial(self._rig, curves) for name, curves in rig_files(self.spoken.run).items()}
         beside = dict.fromkeys(("speech.TextGrid", "speech.npz", "speech.json", "speech.png"), made["speech.mp4"])
         heard = {"speech.wav": made["speech.mp4"]} if self.spoken.plan.sound else {}
         return {**made, **beside, **heard}
@@ -146,7 +165,11 @@ class Take:
         return path
 
     def _session(self, path: Path) -> None:
-        files.write_json(path, {"saying": asdict(self.saying), "command": command_line(self.saying, self.spoken)})
+        files.write_json(path, {"saying": asdict(self.saying), "command": command_line(self.saying, self.spoken),
+                                "commands": export_lines(self.saying, self.spoken, self.makers)})
+
+    def _rig(self, curves: str, path: Path) -> None:
+        write_take(path, spoken_take(self.spoken, RigRequest(curves)).take)
 
     def _zipped(self, path: Path) -> None:
         with files.replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
@@ -164,29 +187,22 @@ class Shelf:
 
     Args:
         most: takes that are kept.
+        bytes_most: that they may hold together; the last one is kept in any case.
     """
 
-    def __init__(self, most: int = 300) -> None:
-        self._takes: OrderedDict[str, Take] = OrderedDict()
-        self._most, self._lock = most, threading.Lock()
+    def __init__(self, most: int = 150, bytes_most: float = 2e8) -> None:
+        self._takes, self._most, self._bytes_most = OrderedDict[str, Take](), most, bytes_most
+        self._bytes = 0
 
-    def __len__(self) -> int:
-        return len(self._takes)
+    def put(self, take: Take) -> None:
+        """Keep a take, and forget the oldest ones for it."""
+        self._takes[take.id] = take
+        self._bytes += take.size
+        while len(self._takes) > self._most or (self._bytes > self._bytes_most and len(self._takes) > 1):
+            self._bytes -= self._takes.popitem(last=False)[1].size
 
-    def put(self, take: Take) -> list[Take]:
-        """Keep a take; return those that are forgotten for it."""
-        with self._lock:
-            self._takes[take.id] = take
-            return [self._takes.popitem(last=False)[1] for _ in range(len(self._takes) - self._most)]
-
-    def get(self, name: str) -> Take:
-        """The take of an id.
-
-        Raises:
-            DnnvssError: it is not there any more.
-        """
-        with self._lock:
-            if name not in self._takes:
-                raise DnnvssError("this take is not kept any more", remedy="Say it again")
+    def get(self, name: str) -> Take | None:
+        """The take of an id, None where it is not kept."""
+        if name in self._takes:
             self._takes.move_to_end(name)
-            return self._takes[name]
+        return self._takes.get(name)

@@ -25,15 +25,17 @@ ALIGNMENTS = (".textgrid", ".lab", ".align")
 
 
 class Uploads:
-    """The last sounds that were brought, by id.
+    """The last sounds that were brought, by id, each in a file.
 
     Args:
+        folder: of the files.
         most: sounds that are kept.
+        bytes_most: that they take on the disk.
     """
 
-    def __init__(self, most: int = 8) -> None:
-        self._sounds: OrderedDict[str, Recording] = OrderedDict()
-        self._most, self._lock = most, threading.Lock()
+    def __init__(self, folder: Path, most: int = 64, bytes_most: float = 5e8) -> None:
+        self._folder, self._most, self._bytes_most = files.make_folder(folder), most, bytes_most
+        self._sizes, self._lock = OrderedDict[str, int](), threading.Lock()
 
     def sound(self, data: bytes) -> dict[str, Any]:
         """Keep a sound of any format that can be decoded; return its id and how long it is.
@@ -41,15 +43,15 @@ class Uploads:
         Raises:
             DnnvssError: it cannot be read, is empty or too long.
         """
-        with _read_apart(SOUND, data, ".sound") as out:
-            arrays = read_arrays(out, "Record it again")
-            check_arrays(arrays, {"full": Held(("n",)), "speech": Held(("m",))}, out, "Record it again")
-            recording = Recording(arrays["full"], SOUND_RATE, arrays["speech"])
         name = token_urlsafe(9)
+        with _read_apart(SOUND, data, ".sound") as out:
+            recording = read_sound(out)
+            out.replace(self._path(name))
         with self._lock:
-            self._sounds[name] = recording
-            while len(self._sounds) > self._most:
-                self._sounds.popitem(last=False)
+            self._sizes[name] = self._path(name).stat().st_size
+            while len(self._sizes) > self._most or (sum(self._sizes.values()) > self._bytes_most
+                                                    and len(self._sizes) > 1):
+                self._path(self._sizes.popitem(last=False)[0]).unlink(missing_ok=True)
         return {"id": name, "seconds": round(len(recording.samples) / recording.rate, 3)}
 
     def alignment(self, name: str, data: bytes) -> Any:
@@ -65,17 +67,27 @@ class Uploads:
         with _read_apart(TIMES, data, suffix) as out:
             return files.read_json(out)
 
-    def get(self, name: str) -> Recording:
-        """The sound of an id.
+    def path(self, name: str) -> Path:
+        """The file of the sound of an id, for :func:`read_sound`.
 
         Raises:
             DnnvssError: it is not there any more.
         """
         with self._lock:
-            if name not in self._sounds:
+            if name not in self._sizes:
                 raise DnnvssError("this sound is not kept any more", remedy="Record or drop it again")
-            self._sounds.move_to_end(name)
-            return self._sounds[name]
+            self._sizes.move_to_end(name)
+            return self._path(name)
+
+    def _path(self, name: str) -> Path:
+        return self._folder / f"{name}.npz"
+
+
+def read_sound(path: Path) -> Recording:
+    """The sound in a file that :class:`Uploads` keeps."""
+    arrays = read_arrays(path, "Record it again")
+    check_arrays(arrays, {"full": Held(("n",)), "speech": Held(("m",))}, path, "Record it again")
+    return Recording(arrays["full"], SOUND_RATE, arrays["speech"])
 
 
 @contextmanager
