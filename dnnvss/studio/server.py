@@ -119,6 +119,7 @@ class Server:
         self._ready = threading.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._end: asyncio.Event | None = None
+        self._sending = set[asyncio.Future[None]]()
 
     @property
     def url(self) -> str:
@@ -161,6 +162,8 @@ class Server:
         listening.close()
         manager.pre_shutdown()
         await manager.shutdown(self.limits.ending)
+        if self._sending:
+            await asyncio.wait(self._sending, timeout=self.limits.ending)
 
     def _request(self, message: RawRequestMessage, payload: Any, protocol: Any, writer: Any, task: Any
                  ) -> web.BaseRequest:
@@ -194,6 +197,8 @@ class Server:
             _LOG.exception("a page asked for %s and this failed", request.path)
             response = _error(500, "the server failed at this; the terminal in which it runs says more")
         sending = asyncio.ensure_future(self._send(request, response))
+        self._sending.add(sending)
+        sending.add_done_callback(self._sending.discard)
         await asyncio.shield(sending)  # a file that is open is closed, though the client left
         return response
 
