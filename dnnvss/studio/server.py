@@ -23,6 +23,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from aiohttp import web
+from aiohttp.abc import AbstractStreamWriter
 from aiohttp.http import RawRequestMessage
 
 from dnnvss import files
@@ -373,6 +374,14 @@ _QUIET = logging.getLogger(f"{__name__}.connections")
 _QUIET.setLevel(logging.CRITICAL + 1)  # what strangers send is not written into the terminal
 
 
+class _File(web.FileResponse):
+    """A file that is opened once, though it is prepared here and by the library behind it."""
+
+    async def prepare(self, request: web.BaseRequest) -> AbstractStreamWriter | None:
+        """Send it, unless that has been done."""
+        return None if self.prepared else await super().prepare(request)
+
+
 def _response(value: Any) -> web.StreamResponse:
     """The answer of what a handler gave."""
     policy = {}
@@ -381,7 +390,7 @@ def _response(value: Any) -> web.StreamResponse:
     if isinstance(value, Path):
         if not value.is_file():
             raise DnnvssError("no such file", file=value)
-        return web.FileResponse(value, headers=_HEADERS | policy)
+        return _File(value, headers=_HEADERS | policy)
     if not isinstance(value, Content):
         value = Content(json.dumps(value, allow_nan=False).encode(), "application/json")
     return web.Response(body=value.body, headers={"Content-Type": value.kind, **_HEADERS})
