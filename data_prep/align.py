@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss.errors import DnnvssError, ShortageError
+from data_prep.off_sound import APART, said_in, seconds_off, suspicious
+from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning
 from dnnvss.media import read_audio
 from dnnvss.phones import SILENCES
@@ -90,6 +91,8 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
     Where its words are of another sentence than the text, the sound decides: if the text fits it, the alignment is not
     taken (``{"other": what is to be noted}``); if its own words fit it, it is taken and the text is noted.
 
+    Times that are far from where the aligner hears the words are not taken either.
+
     Its times count from the first sample of the file's sound. Where that starts late, and speech is where the times
     say only if they count from the first picture, they do.
 
@@ -114,33 +117,30 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
         sound = read_audio(audio) if audio is not None else None
         share, notes = _compared(found, text, variant)
         if share < OTHER:
-            if sound is not None and fits(sound, words):
+            if sound is not None and said_in(sound, words) is not None:
                 return {"other": f"its alignment is of another sentence ({_said(found)!r}): the sound was aligned to "
                                  "the text in its place"}
             own = [(w, pronunciations(w, variant)) for w, _ in spoken_words(_said(found, None), variant)]
-            if sound is None or not fits(sound, own):
+            if sound is None or said_in(sound, own) is None:
                 raise DnnvssError(f"its words are {_said(found)!r}, and the text is {text[:80]!r}", remedy=_OTHER)
             notes = [f"its text is not what is said, by its sound and its alignment ({_said(found)!r}): mend the text"]
         whole, more = _laid(found, float(frames / Fraction(rate)), late, starts, sound)
         if "words" not in whole:
             whole = whole.with_tier(words_over(whole["phones"], words))
+        if sound is not None and (off := _off(whole, sound, words)) > APART:
+            return {"other": f"the times of its alignment are {off:.2f} s off its sound: it was aligned in their place"}
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=path, utterance=name, remedy=error.remedy) from error
     return {"alignment": whole.to_json(), "scores": [], "attempt": "given", "late": [], "notes": notes + more}
 
 
+def _off(whole: Alignment, sound: np.ndarray, words: Sequence[Word]) -> float:
+    """By how many seconds an alignment is off its sound, 0 where nothing speaks for that."""
+    by_ear = said_in(sound, words) if suspicious(whole["phones"], sound) else None
+    return 0.0 if by_ear is None else seconds_off(whole, by_ear)
+
+
 _OTHER = "Give the alignment of this recording, or leave it out: the sound is aligned then"
-
-
-def fits(sound: np.ndarray, words: Sequence[Word]) -> bool:
-    """Whether words are said in a sound (n,) at 16 kHz, as far as the aligner for everybody can tell."""
-    try:
-        align(sound, words, sharp=False)
-    except ShortageError:
-        raise
-    except DnnvssError:
-        return False
-    return True
 
 
 def _said(found: Alignment, most: int | None = 80) -> str:

@@ -21,6 +21,7 @@ from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats import Curves, marker_columns, read_curves, read_markers, write_npz
+from dnnvss.formats.capture_csv import is_capture_csv
 from dnnvss.formats.openface import Landmarks
 from dnnvss.media.folders import SOUNDS
 from dnnvss.text.sentence import spoken_words
@@ -31,6 +32,8 @@ KINDS = (".c3d", ".trc", ".csv")
 """Kinds of takes; where an id has several, the first."""
 _READ, VERSION = "takes", 1
 _WORDS = "Write the words of the take there, or give its sound alone"
+_FEW, _LEAST, _WIDEST = 4, 15.0, 5000.0
+"""Markers from which a take shows a face, and millimetres that those of a face and of a body span."""
 _MOST = 100_000_000
 """Numbers of a take."""
 
@@ -193,6 +196,7 @@ def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, A
     target = out / FOLDER / _READ / f"{name}.npz"
     if (
         path.suffix.lower() == ".csv"
+        and not is_capture_csv(path)
         and marker_columns((curves := read_curves(path)).names) is None
     ):
         points, valid, clock = _evened(curves, rate, path)
@@ -204,6 +208,7 @@ def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, A
             raise _no_rate(path)
         clock = Fraction(rate) if rate else FrameClock(round(found.rate or 0.0, 3)).rate
         valid = np.isfinite(points).any(axis=(1, 2))
+        _check_scale(points, path)
     if points.size > _MOST:
         raise DnnvssError(
             f"holds {len(points):,} frames of {len(names)}",
@@ -219,6 +224,20 @@ def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, A
         "frames": len(points),
         "lost": lost,
     }
+
+
+def _check_scale(points: np.ndarray, path: Path) -> None:
+    """Refuse markers (F, M, 3) that do not span what a head or a body does: they are in another unit."""
+    seen = points[np.isfinite(points).all(axis=(1, 2))]
+    if not len(seen) or points.shape[1] < _FEW:
+        return
+    span = float(np.median(np.ptp(seen, axis=1).max(axis=1)))
+    if not _LEAST <= span <= _WIDEST:
+        raise DnnvssError(
+            f"its markers span {span:.3g} mm, which no face does",
+            file=path,
+            remedy="Export them in millimetres, or with the unit that the file tells",
+        )
 
 
 def _evened(

@@ -15,18 +15,42 @@ def read_splits(folder: Path) -> dict[str, list[str]]:
     """Return the ids in each ``*.txt`` of a folder by the name of the file; nothing if there is no folder.
 
     Raises:
-        DnnvssError: a file cannot be read, or train, val and test (of one variant) share utterances.
+        DnnvssError: a file cannot be read or is no list of ids, or train, val and test (of one variant) share
+            utterances.
     """
     splits = split_files(folder)
+    for other in _strays(folder):
+        raise DnnvssError("is no list of ids that is read", file=other,
+                          remedy=f"Write {_ROLES[other.stem.lower()]}.txt there, an id a line")
+    for name, role in _ROLES.items():
+        if name != role and name in splits and role not in splits:
+            splits[role] = splits.pop(name)
+            print(f"splits/{name}.txt is taken for {role}.txt")
     check_apart(splits, folder)
     return splits
+
+
+_ROLES = {"train": "train", "val": "val", "test": "test", "training": "train", "dev": "val", "valid": "val",
+          "validation": "val", "development": "val", "testing": "test", "eval": "test", "evaluation": "test"}
+"""What corpora call their splits."""
+_LISTS = ("", ".csv", ".tsv", ".json", ".lst", ".list", ".scp", ".xlsx")
+
+
+def _strays(folder: Path) -> list[Path]:
+    """The files of a folder of splits that are meant to be splits and are not read."""
+    if not folder.is_dir():
+        return []
+    read = {p.stem.lower() for p in folder.iterdir() if p.suffix.lower() == ".txt"}
+    return sorted(p for p in folder.iterdir() if p.is_file() and p.suffix.lower() in _LISTS
+                  and p.stem.lower() in _ROLES.keys() - read)
 
 
 def resolved(splits: Mapping[str, Sequence[str]], ids: Collection[str]) -> tuple[dict[str, list[str]], list[str]]:
     """Splits whose ids are all those of recordings, and what is to be said of the others.
 
     A name with a suffix or a folder (``clips/a.mp4``), in another case or with accents stored in another way is that of
-    its recording.
+    its recording. A line may hold several, with a comma, semicolon, tab or bar between them, and more behind the first;
+    one that begins with ``#`` is a remark.
 
     Args:
         splits: ids by name of the split, as given.
@@ -40,14 +64,24 @@ def resolved(splits: Mapping[str, Sequence[str]], ids: Collection[str]) -> tuple
     found: dict[str, list[str]] = {}
     notes: list[str] = []
     for split, names in splits.items():
-        known = [near.get(name) or near.get(_bare(name)) for name in names]
-        found[split] = list(dict.fromkeys(k for k in known if k is not None))
-        unknown = [name for name, k in zip(names, known, strict=True) if k is None]
+        known = [_named(name, near) for name in names]
+        found[split] = list(dict.fromkeys(k for row in known for k in row))
+        unknown = [name for name, row in zip(names, known, strict=True) if not row and not name.startswith("#")]
         if unknown:
             shown = ", ".join(unknown[:5]) + (f" and {len(unknown) - 5} more" if len(unknown) > 5 else "")
             notes.append(f"splits/{split}.txt names what is no recording here: {shown}")
     check_apart(found, Path("splits"))
     return found, notes
+
+
+def _named(line: str, near: Mapping[str, str]) -> list[str]:
+    """The recordings that a line of a split names."""
+    if (whole := near.get(line) or near.get(_bare(line))) is not None:
+        return [whole]
+    parts = [part.strip(" \"'") for part in re.split(r"[,;|\t]", line) if part.strip()]
+    rows = [near.get(part) or near.get(_bare(part)) for part in parts]
+    known = [row for row in rows if row is not None]
+    return known if len(known) == len(rows) else known[:1] if rows and rows[0] is not None else []
 
 
 def _bare(name: str) -> str:

@@ -19,7 +19,11 @@ _CSV = (
 MOST_BYTES = 400_000_000
 """Of a text file of curves or markers: an hour at 240 frames a second."""
 _TIMECODE, _COUNT = "timecode", "blendshapecount"
-_TIMES, _FRAMES = ("time", "times", "timestamp", "seconds"), ("frame", "frames")
+_TIMES = ("time", "times", "timestamp", "timestamps", "seconds", "timeseconds")
+_FRAMES = ("frame", "frames", "frame#", "framenumber", "framenr", "framenum")
+_UNIT = re.compile(r"[_ ]*[\[(]?\b(s|sec|secs|seconds|ms|msec|milliseconds)\b[\])]?$|_(s|sec|ms)$")
+_GAPS = 20
+"""Frames that a table may skip for each that it has."""
 _BASES = (24, 25, 30, 48, 50, 60, 100, 120, 240)
 """Frames a second that time codes count in."""
 _DAY = 86_400
@@ -44,9 +48,11 @@ class Curves:
 def read_curves(path: str | Path) -> Curves:
     """The curves in a CSV: Live Link Face's, known by its column ``Timecode``, or one with a name over each column.
 
-    A column ``BlendShapeCount`` is left out; so are ``time`` (or timestamp, seconds), which gives the time stamps, and
-    ``frame``. Numbers and separators may be those of any country (:func:`dnnvss.formats.rows.table_rows`). Time codes
-    ``h:m:s:frame`` count frames in the least usual rate above the largest frame number; midnight may be passed.
+    A column ``BlendShapeCount`` is left out; so are ``time`` (or timestamp, seconds; ``time_ms``, ``Time (s)``), which
+    gives the time stamps, and ``frame``, by which frames without a row are told where there is no time, and columns
+    without a name that hold nothing or count the rows. Numbers and separators may be those of any country
+    (:func:`dnnvss.formats.rows.table_rows`). Time codes ``h:m:s:frame`` count frames in the
+    least usual rate above the largest frame number; midnight may be passed.
 
     Raises:
         DnnvssError: unreadable, a name that comes twice, no curve, a row of another length, a value that is no number,
@@ -54,13 +60,15 @@ def read_curves(path: str | Path) -> Curves:
     """
     path = Path(path)
     lines, number = read_table(path)
-    names = [name or f"column {i + 1}" for i, name in enumerate(lines[0][1])]
-    low = [name.lower().replace(" ", "") for name in names]
+    names = list(lines[0][1])
+    rows = [checked_row(path, line, row, len(names)) for line, row in lines[1:]]
+    low = [_bare(name) for name in names]
     stamp = next((i for i, name in enumerate(low) if name == _TIMECODE or name in _TIMES), None)
     aside = {i for i, name in enumerate(low) if name in (_COUNT, _TIMECODE, *_TIMES, *_FRAMES)}
+    aside |= {i for i, name in enumerate(names) if not name and _says_nothing([row[i] for row in rows])}
+    names = [name or f"column {i + 1}" for i, name in enumerate(names)]
     kept = [i for i in range(len(names)) if i not in aside]
     check_names(path, [names[i] for i in kept])
-    rows = [checked_row(path, line, row, len(names)) for line, row in lines[1:]]
     places = [line for line, _ in lines[1:]]
     values = np.array(
         [
@@ -73,7 +81,60 @@ def read_curves(path: str | Path) -> Curves:
         if stamp is None
         else _times(path, places, [row[stamp] for row in rows], low[stamp], number)
     )
+    if times is not None and stamp is not None and _in_ms(names[stamp]):
+        times = times / 1000
+    counted = next((i for i, name in enumerate(low) if name in _FRAMES), None)
+    if times is None and counted is not None:
+        values = spread_frames(path, places, [row[counted] for row in rows], values)
     return Curves(tuple(names[i] for i in kept), values, times)
+
+
+def _bare(name: str) -> str:
+    """The name of a column in one case, without spaces; that of a time without its unit."""
+    low = name.strip().lower()
+    bare = _UNIT.sub("", low).replace(" ", "").replace("_", "")
+    return bare if bare in _TIMES or bare in _FRAMES else low.replace(" ", "")
+
+
+def _in_ms(name: str) -> bool:
+    unit = _UNIT.search(name.strip().lower())
+    return unit is not None and (unit[1] or unit[2]).startswith("m")
+
+
+def _says_nothing(cells: Sequence[str]) -> bool:
+    """Whether a column is empty, or counts the rows as some programs do."""
+    return not any(cells) or cells in ([str(k) for k in range(len(cells))], [str(k + 1) for k in range(len(cells))])
+
+
+def spread_frames(
+    path: Path, places: Sequence[int], texts: Sequence[str], values: np.ndarray
+) -> np.ndarray:
+    """Rows (F, ...) at the numbers of their frames, the first one first; frames without a row are NaN.
+
+    Raises:
+        DnnvssError: a number that is none, does not rise, or is far beyond the rows; names the line.
+    """
+    frames: list[int] = []
+    for at, text in zip(places, texts, strict=True):
+        try:
+            frame = whole(text)
+        except ValueError as error:
+            raise DnnvssError(
+                f"line {at}: {text[:40]!r} is no number of a frame", file=path, remedy=_CSV
+            ) from error
+        if frames and frame <= frames[-1]:
+            raise DnnvssError(
+                f"line {at}: frame {frame} does not come after {frames[-1]}", file=path, remedy=_CSV
+            )
+        frames.append(frame)
+    count = frames[-1] - frames[0] + 1
+    if count > _GAPS * len(frames):
+        raise DnnvssError(
+            f"has {len(frames)} rows for the frames {frames[0]} to {frames[-1]}", file=path, remedy=_CSV
+        )
+    spread = np.full((count, *values.shape[1:]), np.nan)
+    spread[np.array(frames) - frames[0]] = values
+    return spread
 
 
 def write_curves(path: str | Path, curves: Curves) -> Path:

@@ -9,7 +9,15 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.c3d import read_c3d
-from dnnvss.formats.curves import bounded_text, cell, check_names, checked_row, read_curves
+from dnnvss.formats.capture_csv import is_capture_csv, read_capture_csv
+from dnnvss.formats.curves import (
+    bounded_text,
+    cell,
+    check_names,
+    checked_row,
+    read_curves,
+    spread_frames,
+)
 from dnnvss.formats.numbers import comma_number
 from dnnvss.formats.tracked import IN_MM, Markers
 
@@ -54,11 +62,15 @@ def marker_columns(names: Sequence[str]) -> dict[str, tuple[int, int, int]] | No
 
 
 def read_markers_csv(path: str | Path) -> Markers:
-    """The markers in a CSV with columns ``NAME_x``, ``NAME_y``, ``NAME_z`` in millimetres; an empty cell is a gap.
+    """The markers in a CSV with columns ``NAME_x``, ``NAME_y``, ``NAME_z`` in millimetres, or in Vicon's or Motive's.
+
+    An empty cell is a gap, and so are frames that the times skip.
 
     Raises:
         DnnvssError: what :func:`read_curves` refuses, or columns that are no markers'.
     """
+    if Path(path).is_file() and is_capture_csv(Path(path)):
+        return read_capture_csv(Path(path))
     curves = read_curves(path)
     columns = marker_columns(curves.names)
     if columns is None:
@@ -68,11 +80,13 @@ def read_markers_csv(path: str | Path) -> Markers:
             remedy="Name the columns NAME_x, NAME_y, NAME_z",
         )
     points = curves.values[:, np.array(list(columns.values()))]
-    rate = (
-        None
-        if curves.times is None or len(curves.times) < 2
-        else float(1 / np.median(np.diff(curves.times)))
-    )
+    rate = None
+    if curves.times is not None and len(curves.times) > 1:
+        rate = float(1 / np.median(np.diff(curves.times)))
+        frames = np.round((curves.times - curves.times[0]) * rate).astype(int)
+        points = spread_frames(
+            Path(path), range(2, len(frames) + 2), [str(k) for k in frames], points
+        )
     return Markers(tuple(columns), _gapped(points), rate)
 
 
@@ -94,22 +108,35 @@ def read_trc(path: str | Path) -> Markers:
         )
     names = [name.strip() for name in lines[3].split("\t")[2:] if name.strip()]
     check_names(path, names)
+    _check_count(path, "markers", head.get("nummarkers", ""), len(names))
     if len(names) > _MOST_MARKERS:
         raise DnnvssError(f"has {len(names)} markers", file=path, remedy=_TRC)
     width = 2 + 3 * len(names)
-    rows = []
+    rows, places, frames = [], [], []
     for at, line in enumerate(lines[_HEAD:], start=_HEAD + 1):
         if line.strip():
             cells = [c.strip() for c in line.split("\t")]
             cells += [""] * (width - len(cells))  # gaps at the end of a line
             row = checked_row(path, at, cells, width)
+            places.append(at)
+            frames.append(row[0])
             rows.append(
                 [cell(path, at, names[i // 3], c, comma_number) for i, c in enumerate(row[2:])]
             )
     if not rows:
         raise DnnvssError("holds no frame", file=path, remedy=_TRC)
+    _check_count(path, "frames", head.get("numframes", ""), len(rows))
     points = np.array(rows).reshape(len(rows), len(names), 3) * IN_MM[unit]
+    points = spread_frames(path, places, frames, points)
     return Markers(tuple(names), _gapped(points), rate)
+
+
+def _check_count(path: Path, what: str, told: str, count: int) -> None:
+    """Refuse a TRC that holds less than its head tells: it was cut short."""
+    if told.strip().isdecimal() and int(told) > count:
+        raise DnnvssError(
+            f"holds {count} {what}, and its head tells of {int(told)}", file=path, remedy=_TRC
+        )
 
 
 def write_trc(path: str | Path, markers: Markers) -> Path:
@@ -150,5 +177,7 @@ def _rate(path: Path, text: str) -> float:
 
 
 def _gapped(points: np.ndarray) -> np.ndarray:
-    """Points (F, M, 3) that are NaN in all three coordinates where one is."""
-    return np.where(np.isfinite(points).all(axis=2, keepdims=True), points, np.nan)
+    """Points (F, M, 3) that are NaN in all three coordinates where one is, or where all are exactly 0, as systems write
+    a marker that they lost."""
+    seen = np.isfinite(points).all(axis=2, keepdims=True) & (points != 0).any(axis=2, keepdims=True)
+    return np.where(seen, points, np.nan)

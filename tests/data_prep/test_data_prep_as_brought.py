@@ -12,13 +12,13 @@ from films import talker_folder
 from data_prep.align import contrast
 from data_prep.folder import prepare_folder, written
 from data_prep.shelf import Shelf
-from data_prep.splits import resolved
+from data_prep.splits import read_splits, resolved
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.media import read_audio, read_video, write_video, write_wav
-from dnnvss.timing import Tier
+from dnnvss.timing import Alignment, Tier
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +51,23 @@ def test_of_an_alignment_and_a_text_of_two_sentences_the_sound_decides(raw: Path
     spoken = corpus.utterances["demo_001"]
     first = files.read_text(raw / "demo_001.txt", "").split()[0].lower()
     assert next(w for w in spoken.alignment["words"].labels if w) == first
+
+
+def test_times_of_half_the_length_and_off_by_half_a_second_are_not_taken(raw: Path, tmp_path: Path) -> None:
+    right = {}
+    for name, scale, shift in (("demo_001", 0.5, 0.0), ("demo_002", 1.0, -0.25), ("demo_003", 1.0, 0.0)):
+        path = raw / f"{name}.TextGrid"
+        right[name] = read_alignment(path)
+        tiers = []
+        for tier in right[name].tiers:
+            rows = [(max(s.start * scale + shift, 0), s.end * scale + shift, s.label) for s in tier]
+            tiers.append(Tier(tier.name, [(a, b, p) for a, b, p in rows if b > a]))
+        write_alignment(path, Alignment(tiers))
+    corpus, report = prepared(raw, tmp_path / "out")
+    for name, taken in (("demo_001", False), ("demo_002", False), ("demo_003", True)):
+        assert any(name in line and "off its sound" in line for line in report.splitlines()) != taken, name
+        found = [s.start for s in corpus.utterances[name].alignment["words"] if s.label]
+        assert found == pytest.approx([s.start for s in right[name]["words"] if s.label], abs=0.08), name
 
 
 def test_one_other_word_is_noted(raw: Path, tmp_path: Path) -> None:
@@ -161,6 +178,22 @@ def test_splits_of_editors_name_recordings_and_what_is_none_is_told(raw: Path, t
     assert ids["train"] == ["demo_000", "demo_001"] and ids["val"] == ["demo_002"]
     assert set(ids["test"]) <= {"demo_003", "demo_004"} and ids["test"]
     assert "splits/train.txt names what is no recording here: nobody" in report
+
+
+def test_lines_of_splits_as_tools_write_them_name_their_recordings(tmp_path: Path) -> None:
+    ids = ["a", "b", "c d", "e,f"]
+    lines = {"a.mp4;b": ["a", "b"], "a, c d.wav": ["a", "c d"], "b|three words": ["b"], "a\t0.5\t1": ["a"],
+             "e,f": ["e,f"], "'a','b'": ["a", "b"], "x|a": [], "# a": []}
+    for line, want in lines.items():
+        found, notes = resolved({"train": [line]}, ids)
+        assert found["train"] == want and bool(notes) == (line == "x|a"), line
+    folder = tmp_path / "splits"
+    folder.mkdir()
+    (folder / "dev.txt").write_text("b\n")
+    assert read_splits(folder) == {"val": ["b"]}
+    (folder / "train.csv").write_text("id\na\n")
+    with pytest.raises(DnnvssError, match=r"train\.csv: is no list .* train\.txt"):
+        read_splits(folder)
 
 
 def test_a_recording_in_two_splits_under_two_names_is_refused() -> None:

@@ -51,6 +51,75 @@ def test_any_table_of_named_columns_is_curves(tmp_path: Path) -> None:
     assert found.values[0].tolist() == [0.5, 1.0] and np.isnan(found.values[1, 0])
 
 
+@pytest.mark.parametrize("text, times", [
+    ("time_ms,jaw\n0,0.5\n40,0.25\n", [0, 0.04]), ("Time (s);jaw\n0;0,5\n0,04;0,25\n", [0, 0.04]),
+    ("\ufeff,jaw,time [ms],\n0,0.5,0,\n1,0.25,40,\n", [0, 0.04]), ("jaw,Frame\n.5,7\n.25,8\n", None),
+    ("sep=;\nframe number;jaw\n1;0,5\n2;0,25\n", None)])
+def test_columns_of_time_in_any_unit_and_of_row_numbers_are_no_curves(
+    tmp_path: Path, text: str, times: list[float] | None
+) -> None:
+    found = read_curves(written(tmp_path, text))
+    assert found.names == ("jaw",) and found.values[:, 0].tolist() == [0.5, 0.25]
+    assert found.times is None if times is None else found.times == pytest.approx(times)
+
+
+def test_frames_without_a_row_are_missing_and_disorder_is_refused(tmp_path: Path) -> None:
+    found = read_curves(written(tmp_path, "frame,jaw\n3,1\n6,2\n")).values[:, 0]
+    assert found[[0, 3]].tolist() == [1, 2] and np.isnan(found[1:3]).all()
+    marks = read_markers(written(tmp_path, "time,a_x,a_y,a_z\n0,1,2,3\n.01,1,2,3\n.02,1,2,3\n.05,4,5,6\n"))
+    assert marks.rate == pytest.approx(100) and np.isnan(marks.points[3:5]).all() and len(marks.points) == 6
+    with pytest.raises(DnnvssError, match="line 3: frame 1 does not come after 2"):
+        read_curves(written(tmp_path, "frame,jaw\n2,1\n1,2\n"))
+    with pytest.raises(DnnvssError, match="2 rows for the frames 1 to 90"):
+        read_curves(written(tmp_path, "frame,jaw\n1,1\n90,2\n"))
+
+
+TRC = (
+    "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t{frames}\t{count}\tmm\n"
+    "Frame#\tTime\ta\t\t\tb\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n{first}\t0.00\t1\t2\t3\t0\t0\t0\n4\t0.01\t1\t2\t3\t4\t5\t6\n"
+)
+
+
+def test_a_trc_that_is_cut_short_or_skips_frames_is_seen(tmp_path: Path) -> None:
+    found = read_trc(written(tmp_path, TRC.format(frames=2, count=2, first=2), "a.trc"))
+    assert len(found.points) == 3 and np.isnan(found.points[1]).all()
+    assert np.isnan(found.points[0, 1]).all() and found.points[2, 1].tolist() == [4, 5, 6]
+    for told, said in (({"frames": 9}, "2 frames, and its head tells of 9"), ({"count": 3}, "2 markers"),
+                       ({"first": 4}, "frame 4 does not come after 4")):
+        text = TRC.format(**{"frames": 2, "count": 2, "first": 2} | told)
+        with pytest.raises(DnnvssError, match=said):
+            read_trc(written(tmp_path, text, "a.trc"))
+
+
+VICON = (
+    "Trajectories\n100\n,,me:LLIP,,,me:ULIP,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n,,mm,mm,mm,mm,mm,mm\n"
+    "1,0,1,2,3,4,5,6\n2,0,1,2,3,,,\n"
+)
+MOTIVE = (
+    "Format Version,1.23,Take Name,x,Capture Frame Rate,100.000000,Length Units,Meters\n\n"
+    ",Type,Rigid Body,Marker,Marker,Marker,Marker,Marker,Marker\n,Name,head,LLIP,LLIP,LLIP,me:ULIP,me:ULIP,me:ULIP\n"
+    ",ID,1,2,2,2,3,3,3\n,,Rotation,Position,Position,Position,Position,Position,Position\n"
+    "Frame,Time (Seconds),X,X,Y,Z,X,Y,Z\n0,0.00,9,.001,.002,.003,.004,.005,.006\n1,0.01,9,.001,.002,.003,,,\n"
+)
+
+
+@pytest.mark.parametrize("text", [VICON, MOTIVE, VICON.replace(",", ";"), "\ufeff" + MOTIVE.replace("\n", "\r\n")])
+def test_tables_of_capture_systems_are_markers(tmp_path: Path, text: str) -> None:
+    found = read_markers(written(tmp_path, text))
+    assert found.names == ("LLIP", "ULIP") and found.rate == 100
+    np.testing.assert_allclose(found.points[0], [[1, 2, 3], [4, 5, 6]])
+    assert np.isnan(found.points[1, 1]).all() and found.points[1, 0] == pytest.approx([1, 2, 3])
+
+
+@pytest.mark.parametrize("text", [VICON[:40], VICON.replace("mm", "parsec"), MOTIVE.replace("Marker", "Bone"),
+                                  VICON.replace("1,0,1,2", "1,0,x,2")])
+def test_damaged_tables_of_capture_systems_are_refused(tmp_path: Path, text: str) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(DnnvssError) as found:
+        read_markers(path)
+    assert found.value.file == path
+
+
 def test_curves_come_back_as_they_were_written(tmp_path: Path) -> None:
     curves = Curves(("a", "b"), np.random.default_rng(0).random((5, 2)), np.arange(5) / 60)
     back = read_curves(write_curves(tmp_path / "take.csv", curves))
