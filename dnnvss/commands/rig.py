@@ -32,7 +32,7 @@ def main(arguments: Sequence[str]) -> int:
         "--head",
         type=Path,
         metavar="MESH",
-        help="another head: .obj, .glb or .gltf, y up, looking along z",
+        help="another head: .obj, .glb or .gltf",
     )
     parser.add_argument(
         "--points",

@@ -136,7 +136,7 @@ def test_another_head_is_found_and_speaks(mesh):
     points = find_points(mesh)
     lips = [k for k, name in enumerate(NET.names) if name.startswith("lips")]
     away = np.sqrt(((points - other(REST))[lips] ** 2).sum(axis=1)) / 37
-    assert away.mean() < 0.006
+    assert away.mean() < 0.001
     made = with_shapes(mesh, transfer_to(mesh, points))
     opened = made.vertices(made.weights({"jawOpen": np.array([0.5])}))[0]
     wanted = gap(other(at(jawOpen=0.5))) - gap(mesh.vertices)

@@ -7,6 +7,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh.gltf_read import read_gltf
+from dnnvss.face.mesh.guess import turned, upright
 from dnnvss.face.mesh.head import Head, packaged_head
 from dnnvss.face.mesh.obj import read_obj
 from dnnvss.face.mesh.surface import LARGEST, Mesh
@@ -42,7 +43,8 @@ def read_mesh(path: Path) -> Head:
 def open_head(path: Path, points: Path | None = None) -> tuple[Head, str]:
     """A head with shapes, and what is to be said of where they come from.
 
-    A mesh that has shapes of ARKit's names keeps its own; others get those of the packaged head.
+    A mesh that has shapes of ARKit's names keeps its own; others get those of the packaged head, and are turned so that
+    y is up and the face looks along z.
 
     Args:
         path: the mesh.
@@ -64,10 +66,12 @@ def open_head(path: Path, points: Path | None = None) -> tuple[Head, str]:
             remedy="Reduce it, or give it ARKit's shapes in your own tool",
         )
     if fault := _no_head(head.mesh):
-        raise DnnvssError(fault, file=path, remedy="Export the whole head, y up, looking along z")
+        raise DnnvssError(fault, file=path, remedy="Export the whole head")
     try:
         found = find_points(head.mesh, read_points(points, head.mesh) if points else None)
-        made = with_shapes(head.mesh, transfer_to(head.mesh, found))
+        turn = upright(found)
+        mesh = turned(head.mesh, turn)
+        made = with_shapes(mesh, transfer_to(mesh, found @ turn.T))
     except DnnvssError as error:
         raise DnnvssError(error.problem, file=points or path, remedy=error.remedy) from error
     except (ValueError, IndexError, ArithmeticError, np.linalg.LinAlgError) as error:
@@ -75,6 +79,7 @@ def open_head(path: Path, points: Path | None = None) -> tuple[Head, str]:
             f"the head cannot be laid onto this mesh ({error})", file=points or path, remedy=_REMEDY
         ) from error
     how = f"points of {points}" if points else "points guessed"
+    how += "" if mesh is head.mesh else "; turned upright, to look along z"
     return made, f"{path}: {len(made.names)} shapes of the packaged head, {how}"
 
 
