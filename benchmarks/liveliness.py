@@ -1,11 +1,12 @@
 """Is a drawn face as lively as its talker? One tracker looks at held-out recordings and at what the run draws.
 
-    python benchmarks/liveliness.py RUN [--split val] [--sentences 40] [--seeds 2] [--out FOLDER]
+    python benchmarks/liveliness.py RUN [--split val] [--sentences 40] [--seeds 2] [--out FOLDER] [--most 1000]
 
 The run says sentences that it never learnt from, at the recordings' phone times, with ``style.life=1``. In both videos
 the face landmarker finds the points, from which blinks, the place of the brows and the pose of the head follow, and the
 run's part model of the eyes is laid on the pictures. Means are over all sentences, intervals by bootstrap over them
-(95 %). The corpus has to have the landmarker's 146 points (GRID, or footage without landmarks).
+(95 %). With ``--out`` each sentence is kept when it is done, and a command goes on from there; ``--most`` ends it after
+so many new ones. The corpus has to have the landmarker's 146 points (GRID, or footage without landmarks).
 """
 
 import argparse
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dnnvss import files
 from dnnvss.evaluation.runs import open_corpus
 from dnnvss.evaluation.videos import recorded, say
 from dnnvss.face.aam import ActiveAppearanceModel
@@ -34,6 +36,8 @@ from dnnvss.timing import FrameClock, fill_invalid
 MEASURES = ("blinks a minute", "length of a blink, ms", "blinks at ends of phrases, share", "eyes, deviation",
             "eyes, change a frame", "brows, deviation, px", "brows, change a frame, px", "head, deviation, px",
             "head, change a frame, px", "head's turn, deviation, degrees")
+OF_BLINKS = 3
+"""Measures that are of blinks. A few sentences in which the talker sits up hold most of the squares of movement."""
 LATE = tuple(CONTEXTS.index(name) for name in ("phrase end", "after a phrase"))
 
 
@@ -78,30 +82,38 @@ def _root(track: np.ndarray) -> tuple[float, float]:
 
 
 def means(rows: np.ndarray) -> np.ndarray:
-    """The measures (M,) of rows (S, M, 2)."""
-    value = rows[..., 0].sum(axis=0) / np.maximum(rows[..., 1].sum(axis=0), 1e-9)
-    return np.where(np.arange(len(value)) < 3, value, np.sqrt(value))
+    """The measures (M,) of rows (S, M, 2): of blinks over all sentences, of movement the median sentence's."""
+    pooled = rows[..., 0].sum(axis=0) / np.maximum(rows[..., 1].sum(axis=0), 1e-9)
+    median = np.median(np.sqrt(rows[..., 0] / np.maximum(rows[..., 1], 1e-9)), axis=0)
+    return np.where(np.arange(len(pooled)) < OF_BLINKS, pooled, median)
 
 
-def watch(run: Run, split: str, sentences: int, seeds: int, landmarker: Landmarker) -> tuple[np.ndarray, np.ndarray]:
+def watch(run: Run, options: argparse.Namespace, landmarker: Landmarker) -> tuple[np.ndarray, np.ndarray]:
     """Rows (S, M, 2) of the talker's videos, and (S, M, 2) of those that are drawn, seeds added up."""
+    done = options.out / f"liveliness-{options.split}-{options.seeds}.npz" if options.out else None
+    kept = dict(np.load(done)) if done and done.is_file() else {}
+    new = 0
     corpus, life = open_corpus(run.folder, run.settings.corpus_folder), run.life
     assert life is not None, "the run did not learn how eyes and head move"
     style, threshold = make_style(run.settings.style, run.face), blink_threshold(life.tracks.opening)
     assert threshold is not None, "the talker was never seen to blink"
-    truth, made = [], []
-    everything = [u for u in corpus.split(split, run.settings.split) if u.video]
-    for utterance in everything[:: max(1, len(everything) // sentences)][:sentences]:
+    everything = [u for u in corpus.split(options.split, run.settings.split) if u.video]
+    for utterance in everything[:: max(1, len(everything) // options.sentences)][: options.sentences]:
+        if utterance.id in kept or new >= options.most:
+            continue
         rate, clock = float(utterance.rate), FrameClock(utterance.rate)
         size = run.pictures().size
         seen = Seen(run, life, landmarker, recorded(corpus, utterance, size), rate)
         context = speech_contexts(utterance.alignment, utterance.text, clock, len(seen.opening) + 9)
-        truth.append(sums(seen, threshold, context, rate))
+        truth = sums(seen, threshold, context, rate)
         drawn = [Seen(run, life, landmarker, say(run, corpus, utterance, replace(style, life=1.0, seed=seed)).frames(),
-                      rate) for seed in range(seeds)]
-        made.append(np.sum([sums(each, threshold, context, rate) for each in drawn], axis=0))
-        print(utterance.id, len(truth), flush=True)
-    return np.array(truth), np.array(made)
+                      rate) for seed in range(options.seeds)]
+        kept[utterance.id] = np.stack([truth, np.sum([sums(s, threshold, context, rate) for s in drawn], axis=0)])
+        new += 1
+        if done:
+            files.write_arrays(done, **kept)
+    rows = np.stack(list(kept.values()))
+    return rows[:, 0], rows[:, 1]
 
 
 def table(truth: np.ndarray, made: np.ndarray) -> str:
@@ -118,22 +130,18 @@ def table(truth: np.ndarray, made: np.ndarray) -> str:
 
 
 def main() -> None:
-    """Print the table, and write it where a folder is given."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--split", default="val")
     parser.add_argument("--sentences", type=int, default=40)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--most", type=int, default=1000)
     options = parser.parse_args()
     run = Run.open(options.run)
-    truth, made = watch(run, options.split, options.sentences, options.seeds, Landmarker(find_task()))
-    text = table(truth, made)
-    print(text)
-    if options.out:
-        options.out.mkdir(parents=True, exist_ok=True)
-        (options.out / "liveliness.md").write_text(text, encoding="utf-8")
-        np.savez(options.out / "liveliness.npz", truth=truth, made=made)
+    truth, made = watch(run, options, Landmarker(find_task()))
+    print(f"{len(truth)} sentences\n{table(truth, made)}")
 
 
 if __name__ == "__main__":

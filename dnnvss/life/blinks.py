@@ -17,8 +17,8 @@ _SHUT_SHARE = 0.5
 """Percentile of the opening that is that of shut eyes: a talker's eyes are shut in 2 to 10 % of all frames."""
 _LEAST_CLOSING = 0.3
 """How far eyes close in a blink at least, of their opening."""
-_LOWERED = 0.3
-"""How far lids come down while the eyes look about, as a share of the way to half shut."""
+_LOWERED, _SHUT = 0.1, 0.5
+"""How far lids come down until they begin to count as shut, and wholly do, as shares of the way to half shut."""
 _PRIOR = 2.0
 """Blinks that the usual rate weighs as many as in each context."""
 
@@ -47,11 +47,10 @@ def blink_threshold(opening: np.ndarray) -> float | None:
 
 
 def shut_share(opening: np.ndarray, threshold: float | None) -> np.ndarray:
-    """How far eyes count as shut (F,): 0 while lids only rest lower, rising smoothly to 1 at the threshold."""
+    """How far eyes count as shut (F,): 0 while they are open, rising smoothly to 1 well before half shut."""
     if threshold is None:
         return np.zeros(len(opening))
-    lowered = 1 - _LOWERED * (1 - threshold)
-    x = np.clip((lowered - opening) / (lowered - threshold), 0, 1)
+    x = np.clip(((1 - opening) / (1 - threshold) - _LOWERED) / (_SHUT - _LOWERED), 0, 1)
     return np.asarray(x * x * (3 - 2 * x))
 
 

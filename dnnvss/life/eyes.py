@@ -8,9 +8,9 @@ import numpy as np
 
 MODES = 32
 """Modes that are kept; half as many draw shut lids as well, and others are where the talker looks."""
-_ACROSS, _ABOVE, _BELOW = 0.9, 1.1, 0.65
+_ACROSS, _ABOVE, _BELOW = 1.15, 1.45, 0.7
 """Half axes of an eye's region, in widths of the eye: across, over it with the brow, and under it."""
-_FADE = 0.35
+_FADE = 0.3
 """Share of the half axes over which a region fades out."""
 _WIDEST = 200
 """Pixels that the picture of both regions is wide at most."""

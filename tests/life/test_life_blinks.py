@@ -29,8 +29,8 @@ def test_the_threshold_is_half_way_to_shut_and_none_where_eyes_never_shut() -> N
     assert blink_threshold(np.full(3, np.nan)) is None
 
 
-def test_lids_that_rest_lower_are_not_shut() -> None:
-    assert shut_share(np.array([1.1, 0.88, 0.74, 0.6, 0.1]), 0.6) == pytest.approx([0, 0, 0.5, 1, 1])
+def test_lids_count_as_shut_well_before_they_are() -> None:
+    assert shut_share(np.array([1.1, 0.96, 0.88, 0.8, 0.1]), 0.6) == pytest.approx([0, 0, 0.5, 1, 1])
     assert (shut_share(np.array([0.1]), None) == 0).all()
 
 
