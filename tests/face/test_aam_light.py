@@ -7,8 +7,9 @@ import pytest
 from face.aam_cases import CONFIG, GROUPS, clip, clips
 
 from dnnvss.face.aam import ActiveAppearanceModel, fit_aam
-from dnnvss.face.aam.coding import measure_clip
+from dnnvss.face.aam.coding import measure_clip, with_lips
 from dnnvss.face.aam.light import Skin, steadied
+from dnnvss.face.base import APERTURE, LOWER_LIP
 from dnnvss.face.clips import Clip
 from dnnvss.face.lips import lip_pairs
 from dnnvss.timing import bridged
@@ -78,3 +79,17 @@ def test_skin_is_outside_the_lips(model: ActiveAppearanceModel) -> None:
     skin = Skin.of(model.warp, model.layout)
     lips = model.warp.matrix[skin.rows][:, np.union1d(model.layout.inner, model.layout.outer)]
     assert len(skin.rows) and (np.asarray(lips.sum(axis=1)) < 0.5).all()
+
+
+def test_a_texture_that_says_shut_lips_does_not_shut_the_mouth(model: ActiveAppearanceModel) -> None:
+    """Projected parameters miss the points' aperture by so many of its deviations; the toy's upper lip stands still."""
+    vector, variance = model.gauges[APERTURE].vector, np.asarray(model.deviations, float) ** 2
+    assert model.gauges[LOWER_LIP].vector == pytest.approx(vector, abs=1e-6)
+    deviation, least = np.sqrt(variance @ vector**2), variance * vector / (variance @ vector**2)
+    true = np.random.default_rng(3).normal(0, 1, (5, model.size)) * model.deviations
+    missed = np.array([0.0, 0.3, -0.3, 1.0, -2.0])
+    projected = true - np.outer(missed * deviation, least)
+    held = with_lips(model, projected, np.tensordot(true, model.shape_modes, axes=1))
+    assert held[:3] == pytest.approx(projected[:3], abs=1e-6)
+    assert (true - held) @ vector / deviation == pytest.approx([0, 0.3, -0.3, 0.4, -0.4], abs=1e-5)
+    assert held[3:] - projected[3:] == pytest.approx(np.outer([0.6 * deviation, -1.6 * deviation], least), abs=1e-4)

@@ -17,6 +17,6 @@ def encode(model: ActiveAppearanceModel, clip: Clip) -> Encoded:
 
 
 KIND = FaceKind(
-    ActiveAppearanceModel.kind, version=5, read=AAMConfig.from_dict, plain=AAMConfig.to_dict, fit=fit_aam,
+    ActiveAppearanceModel.kind, version=6, read=AAMConfig.from_dict, plain=AAMConfig.to_dict, fit=fit_aam,
     encode=encode, report=build_report, stabilise=ActiveAppearanceModel.stabilise, load=ActiveAppearanceModel.load,
     load_code=ClipCode.load)
