@@ -22,6 +22,7 @@ COMMANDS = {
     "outside": "a run judged from outside: one tracker over the talker's video and over ours",
     "unseen": "how well a run's system says words that it never heard, over random splits",
     "rig": "a take of named curves on a head: video, glTF, Live Link Face",
+    "points": "where the head's points lie on a mesh of yours: guessed, drawn, dragged in the browser",
     "export": "a run's network as a file, or all of the run as a bundle",
     "label": "frames labelled by hand: choose, page, import, check",
     "track": "the points of every frame of videos, from about thirty labelled ones",

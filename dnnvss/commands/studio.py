@@ -1,7 +1,7 @@
 """``dnnvss studio [RUNS]``: type or speak, and watch: pages on this machine, and a service under them.
 
 Serves the finished runs in a folder; where there is none yet, the page offers to make the built-in talker. Beside it
-are pages of footage, labels, training, results and viewing tests.
+are pages of footage, labels, heads, training, results and viewing tests.
 Other machines get in by --host alone, with a token: that of the environment variable DNNVSS_TOKEN, else one that is
 made and printed.
 """
@@ -17,8 +17,8 @@ from dnnvss.commands.usage import DONE
 from dnnvss.errors import DnnvssError
 from dnnvss.style.generator import StyleSettings
 
-FOLDERS = ("data", "labels", "viewing")
-"""Where commands write corpora, labels and viewing tests unless told otherwise."""
+FOLDERS = ("data", "labels", "heads", "viewing")
+"""Where commands write corpora, labels, points of heads and viewing tests unless told otherwise."""
 _TOKEN, _SHORTEST = "DNNVSS_TOKEN", 16
 """The variable of the environment that may hold the token, and how many letters it has at least."""
 

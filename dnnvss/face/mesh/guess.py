@@ -26,8 +26,8 @@ from dnnvss.face.mesh.net import packaged_net
 from dnnvss.face.mesh.surface import Mesh
 
 REMEDY = (
-    'Name some of its points: --points FILE.json with {"nose_bridge07": 123, "lips_outer01": [x, y, z], '
-    "...}; dnnvss rig --names lists them"
+    "Set its points in the browser: dnnvss points MESH --out FOLDER --page; or name some: --points "
+    'FILE.json with {"nose_bridge07": 123, "lips_outer01": [x, y, z], ...}'
 )
 _ROUNDS, _KEPT, _FACING = 40, 0.7, 0.5
 """Rounds of the search for the head in a mesh, the share of points that count, how alike normals are."""

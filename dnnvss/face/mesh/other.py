@@ -58,15 +58,7 @@ def open_head(path: Path, points: Path | None = None) -> tuple[Head, str]:
     own = sum(name.lower() in known for name in head.names)
     if own >= _OWN and points is None:
         return head, f"{path}: {own} shapes of its own"
-    if len(head.mesh.vertices) > _MOST:
-        raise DnnvssError(
-            f"has {len(head.mesh.vertices):,} vertices, and {_MOST:,} are the most that shapes are made "
-            "for",
-            file=path,
-            remedy="Reduce it, or give it ARKit's shapes in your own tool",
-        )
-    if fault := _no_head(head.mesh):
-        raise DnnvssError(fault, file=path, remedy="Export the whole head")
+    check_head(head.mesh, path)
     try:
         found = find_points(head.mesh, read_points(points, head.mesh) if points else None)
         turn = upright(found)
@@ -83,6 +75,22 @@ def open_head(path: Path, points: Path | None = None) -> tuple[Head, str]:
     return made, f"{path}: {len(made.names)} shapes of the packaged head, {how}"
 
 
+def check_head(mesh: Mesh, path: Path) -> None:
+    """Refuse a mesh that shapes cannot be made for.
+
+    Raises:
+        DnnvssError: too many vertices, or too few and flat.
+    """
+    if len(mesh.vertices) > _MOST:
+        raise DnnvssError(
+            f"has {len(mesh.vertices):,} vertices, and {_MOST:,} are the most that shapes are made for",
+            file=path,
+            remedy="Reduce it, or give it ARKit's shapes in your own tool",
+        )
+    if fault := _no_head(mesh):
+        raise DnnvssError(fault, file=path, remedy="Export the whole head")
+
+
 def _no_head(mesh: Mesh) -> str | None:
     """What keeps a mesh from being a head, None where nothing does."""
     if len(mesh.vertices) < _FEWEST:
@@ -93,14 +101,19 @@ def _no_head(mesh: Mesh) -> str | None:
     return None
 
 
-def read_points(path: Path, mesh: Mesh) -> dict[str, np.ndarray]:
+def read_points(path: Path, mesh: Mesh, fewest: int = 6) -> dict[str, np.ndarray]:
     """Places (3,) of points by name: each a vertex's number or three coordinates.
+
+    Args:
+        path: of the JSON.
+        mesh: whose vertices are numbered.
+        fewest: how many there have to be.
 
     Raises:
         DnnvssError: no such file, or a value that is neither.
     """
     held = files.read_json(path, _REMEDY)
-    if not isinstance(held, dict) or not 6 <= len(held) <= 1000:
+    if not isinstance(held, dict) or not fewest <= len(held) <= 1000:
         raise DnnvssError("holds no six points by name", file=path, remedy=_REMEDY)
     return {name: _place(name, value, mesh, path) for name, value in held.items()}
 

@@ -1,4 +1,4 @@
-"""The other pages of the studio: footage, labelling, training, results and viewing tests, each under its own name."""
+"""The other pages of the studio: footage, labelling, heads, training, results, viewing tests."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from dnnvss.studio.areas.area import AreaDesk
 from dnnvss.studio.areas.footage import footage
+from dnnvss.studio.areas.heads import heads
 from dnnvss.studio.areas.labels import labels
 from dnnvss.studio.areas.results import results
 from dnnvss.studio.areas.training import training
@@ -24,6 +25,7 @@ def with_areas(page: Page, runs: Path, folders: Sequence[Path]) -> Page:
         folders: that corpora, labels, viewing tests and comparisons are looked for in.
     """
     desks = [AreaDesk(footage(folders), folders), AreaDesk(labels(folders), folders),
+             AreaDesk(heads(folders), folders),
              AreaDesk(training([runs]), [runs]), AreaDesk(results([runs], folders), [runs, *folders]),
              AreaDesk(viewing(folders), folders)]
     return replace(page, under={desk.area.name: desk.page() for desk in desks}.get)

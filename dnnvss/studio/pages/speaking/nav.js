@@ -1,6 +1,6 @@
 // The way between the areas of the studio, the same on every page.
 
-const AREAS = [['', 'Speak'], ['footage', 'Footage'], ['labelling', 'Labelling'], ['training', 'Training'], ['results', 'Results'], ['viewing', 'Viewing tests']];
+const AREAS = [['', 'Speak'], ['footage', 'Footage'], ['labelling', 'Labelling'], ['heads', 'Heads'], ['training', 'Training'], ['results', 'Results'], ['viewing', 'Viewing tests']];
 
 const here = location.pathname.split('/')[1];
 const nav = document.getElementById('areas');
