@@ -11,6 +11,7 @@ from data_prep.points import FOUND, VERSION, find_points
 from data_prep.recipe import Preparation, Results
 from data_prep.recordings import MEDIA
 from data_prep.stages import FOLDER
+from data_prep.upright import askew
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
@@ -93,6 +94,10 @@ def _counted(run: Preparation, made: Results, size: tuple[int, int]) -> None:
             run.drop(name, f"has {c['points']} landmarks a frame, most of the corpus has {usual[0][0]}")
     if usual:
         _check_groups(run.recipe.info.landmark_groups, usual[0][0])
+    for source in run.alive() if dimensions == 2 else []:
+        marks = run.shop.arrays("landmarks", source.id)
+        if why := askew(marks["points"], marks["valid"], run.recipe.info.landmark_groups):
+            run.drop(source.id, why)
 
 
 def _doubted(marks: Mapping[str, Mapping[str, np.ndarray]], clips: Mapping[str, np.ndarray], size: tuple[int, int],

@@ -203,6 +203,18 @@ def write_text(path: str | Path, text: str) -> Path:
     return Path(path)
 
 
+def as_utf8(text: str) -> str:
+    """A text of the command line as UTF-8 where the system's locale took its bytes for something else."""
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        try:
+            return text.encode("utf-8", "surrogateescape").decode("utf-8")
+        except UnicodeError:
+            return text
+    return text
+
+
 def printable(text: str) -> str:
     """A text in which bytes of file names that are no UTF-8 stand as escapes, as in ``caf\\xe9``."""
     try:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from omegaconf import DictConfig
 
+from dnnvss import files
 from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import job_number, run_command, typed_settings
 from dnnvss.commands.speak_settings import SpeakSettings, check_files, numbered
@@ -89,9 +90,10 @@ def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:
     """
     scene = read_scene(settings, run)
     recording = _recording(Path(settings.wav)) if settings.wav else None
-    alignment = _alignment(Path(settings.alignment), settings.text or "", recording) if settings.alignment else None
+    text = files.as_utf8(settings.text or "")
+    alignment = _alignment(Path(settings.alignment), text, recording) if settings.alignment else None
     return SpeakRequest(
-        text=settings.text or "", recording=recording, alignment=alignment,
+        text=text, recording=recording, alignment=alignment,
         overrides=read_overrides(settings.overrides) if settings.overrides else None,
         durations=settings.durations, speed=settings.speed, total=settings.total, lead_in=settings.lead_in / 1000,
         lead_out=settings.lead_out / 1000, engine=settings.speech.engine, engine_voice=settings.speech.voice,

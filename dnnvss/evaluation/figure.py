@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.runs import RunData, read_run
+from dnnvss.evaluation.runs import RunData, open_corpus, read_run
 from dnnvss.face.kinds import load_face
 from dnnvss.render.plots import plot_panels
 from dnnvss.runs.files import RunFiles
@@ -32,7 +31,7 @@ def draw(folders: list[Path], out: Path, coefficients: Sequence[str] = ("5",), u
             raise DnnvssError("is no test sentence of the run", file=run.folder, utterance=chosen,
                               remedy=f"Choose one such as {next(iter(run.arrays['predicted']))}")
     panels = {_label(c): _series(runs, chosen, c) for c in coefficients}
-    spoken = Corpus.open(runs[0].corpus).utterances[chosen]
+    spoken = open_corpus(runs[0].folder, runs[0].corpus).utterances[chosen]
     title = f"{next(iter(panels))}, {chosen}: {spoken.text}" if len(panels) == 1 else f"{chosen}: {spoken.text}"
     return plot_panels(out, panels, runs[0].clock.rate, spoken.alignment["phones"], title)
 

@@ -1,5 +1,6 @@
 """From run folders to what the harness measures: predictions, references, phones, and the face of the run."""
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -153,18 +154,31 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
     return Bench(tuple(sentences), lead.clock, face, leading(face, first))
 
 
+def _where(folder: Path, corpus_folder: Path) -> Path:
+    """Where the corpus of a run is, if it was moved with the run."""
+    near = (corpus_folder, folder.resolve().parent.parent / "data" / corpus_folder.name,
+            Path("data") / corpus_folder.name)
+    found = next((path for path in near if (path / "corpus.json").is_file()), None)
+    if found is None:
+        raise DnnvssError(f"was trained on the corpus in {corpus_folder}, which is not there", file=folder,
+                          remedy=f"Prepare it there again, or link it: ln -s WHERE {shlex.quote(str(corpus_folder))}")
+    return found
+
+
 def open_corpus(folder: Path, corpus_folder: Path) -> Corpus:
     """The corpus of a run, whose phones are only right while it is the one that the run was tested on.
+
+    Where it is no longer where it was, it is looked for beside the folder of runs, and in the working directory.
 
     Args:
         folder: of the run.
         corpus_folder: where the run's settings say that the corpus is.
 
     Raises:
-        DnnvssError: it holds something else now.
+        DnnvssError: it was moved, or holds something else now.
     """
-    corpus = Corpus.open(corpus_folder)
     trained_on = RunFiles(folder).written().corpus
+    corpus = Corpus.open(_where(folder, corpus_folder))
     if trained_on != corpus.fingerprint:
         raise DnnvssError(f"was trained on the corpus {trained_on}, and {corpus.root} now holds {corpus.fingerprint}",
                           file=folder, remedy="Prepare that corpus again, or train the run anew")

@@ -5,6 +5,7 @@ difference is the same for every point of a corpus, so the appearance model does
 """
 
 import re
+import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
@@ -213,7 +214,7 @@ def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2, frames: 
     if points is not None and points.dtype.kind not in "fiu":
         raise DnnvssError(f"its points are {points.dtype}, not numbers", file=path, remedy=_NPZ)
     if points is None or points.ndim != 3 or not len(points):
-        shapes = {name: value.shape for name, value in arrays.items()}
+        shapes = {name: value.shape for name, value in arrays.items()} or ", ".join(_members(path))
         raise DnnvssError(f"holds {shapes}, not points (frames, points, {dimensions})", file=path, remedy=_NPZ)
     if dimensions == 2 and points.shape[1] in MESHES and points.shape[2] == 3:
         points = points[..., :2]
@@ -230,6 +231,12 @@ def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2, frames: 
         if rows is not None and rows.shape != (len(scaled),):
             raise DnnvssError(f"{name} has the shape {rows.shape}, points {scaled.shape}", file=path, remedy=_NPZ)
     return Landmarks(scaled, valid.astype(bool), None if times is None else times.astype(float))
+
+
+def _members(path: str | Path) -> list[str]:
+    """The names of the arrays in an npz."""
+    with zipfile.ZipFile(path) as archive:
+        return [name.removesuffix(".npy") for name in archive.namelist()]
 
 
 def write_npz(path: str | Path, landmarks: Landmarks) -> Path:

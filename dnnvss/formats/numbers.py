@@ -6,8 +6,9 @@ LARGEST = 1e15
 """Beyond it a number is a mistake of whoever wrote it."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
-NO_NUMBER = re.compile(r"[+-]?(nan(\(.*\))?|1[.,]?#\w+|inf(inity)?|n/?a)?", re.IGNORECASE)
-"""What C libraries and tables write for a value that is no number: nan, -nan(ind), 1.#QNAN, NA, nothing."""
+NO_NUMBER = re.compile(r"[+-]?(nan(\(.*\))?|1[.,]?#\w+|inf(inity)?|n/?a|null|none)?|-"
+                       r"|#(n/a|num!|div/0!|value!|ref!|null!)", re.IGNORECASE)
+"""What C libraries and tables write for a value that is no number: nan, -nan(ind), 1.#QNAN, NA, #NUM!, nothing."""
 _LONGEST = 60  # characters
 
 

@@ -123,6 +123,9 @@ def _value(path: Path, line: int, name: str, text: str, number: Callable[[str], 
 def _one_face(column: Mapping[str, np.ndarray], points: np.ndarray) -> tuple[np.ndarray, int]:
     """Which rows (N,) follow the face that is largest for longest, and how many faces are followed.
 
+    A tracker that loses a face gives it another number: faces that are never there together, and stand where it stood
+    at its size, are that face.
+
     Args:
         column: values (N,) by name.
         points: (N, P, 2 or 3) of the rows.
@@ -136,7 +139,17 @@ def _one_face(column: Mapping[str, np.ndarray], points: np.ndarray) -> tuple[np.
     numbers = np.unique(faces)
     rows = {face: faces == face for face in numbers}
     best = max(numbers, key=lambda face: (high[rows[face]].sum(), sure[rows[face]].sum()))
-    return np.asarray(rows[best]), int(sum(found[r].any() for r in rows.values()))
+    chosen, count = np.array(rows[best]), int(sum(found[r].any() for r in rows.values()))
+    place = {face: np.median(points[rows[face] & found].reshape(-1, points.shape[-1]), axis=0)
+             for face in numbers if (rows[face] & found).any()}
+    tall = {face: float(np.median(high[rows[face] & found])) for face in place}
+    for face in sorted(place, key=lambda f: -float(high[rows[f]].sum())):
+        apart = not set(column["frame"][rows[face]]) & set(column["frame"][chosen])
+        if face != best and best in place and apart and (
+                np.linalg.norm(place[face] - place[best]) < tall[best] and 0.5 < tall[face] / tall[best] < 2):
+            chosen |= rows[face]
+            count -= 1
+    return chosen, count
 
 
 def _frames(path: Path, counted: np.ndarray, numbers: np.ndarray, most: int) -> np.ndarray:

@@ -47,6 +47,13 @@ def test_what_a_run_can_do_without_costs_it_nothing(capsys: pytest.CaptureFixtur
         attempted("a figure", full)
 
 
+def test_a_text_is_utf8_whatever_the_locale_took_it_for() -> None:
+    for text in ("caf\u00e9", "na\u00efve, \u65e5\u672c"):
+        taken = text.encode().decode("ascii", "surrogateescape")
+        assert files.as_utf8(taken) == text == files.as_utf8(text)
+    assert files.as_utf8("caf\udce9") == "caf\udce9"
+
+
 def test_names_that_are_not_utf8_can_be_told_and_kept(tmp_path: Path) -> None:
     name = os.fsdecode(b"caf\xe9.mp4")
     assert files.printable(f"wrote {name} to 日本") == "wrote caf\\xe9.mp4 to 日本"

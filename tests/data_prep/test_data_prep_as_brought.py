@@ -13,6 +13,7 @@ from data_prep.align import contrast
 from data_prep.folder import prepare_folder, written
 from data_prep.shelf import Shelf
 from data_prep.splits import read_splits, resolved
+from data_prep.upright import askew
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
@@ -76,6 +77,18 @@ def test_one_other_word_is_noted(raw: Path, tmp_path: Path) -> None:
     files.write_text(raw / "demo_001.txt", " ".join(["Elephants", *rest]))
     corpus, report = prepared(raw, tmp_path / "out")
     assert "demo_001" in corpus.utterances and f"its alignment says {first.lower()!r} where" in report
+
+
+@pytest.mark.parametrize("turned, where", [
+    (lambda p: p[..., ::-1], "beside"), (lambda p: p * [1, -1] + [0, 64], "above"),
+    (lambda p: p * [-1, 1] + [64, 0], ""), (lambda p: p, "")])
+def test_landmarks_of_a_face_that_stands_on_its_head_are_named(
+        raw: Path, turned: Callable[[np.ndarray], np.ndarray], where: str) -> None:
+    points = np.load(raw / "demo_001.npz")["points"]
+    groups = files.read_json(raw / "landmarks.json")["groups"]
+    said = askew(turned(points), np.ones(len(points), bool), groups)
+    assert (f"the lips {where} the eyes" in said) if where else not said
+    assert not askew(points, np.zeros(len(points), bool), groups) and not askew(points, np.ones(len(points), bool), {})
 
 
 def test_times_ten_times_too_small_are_refused(raw: Path, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from dnnvss.archives import read_arrays
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.curves import resample
 from dnnvss.evaluation import figure
-from dnnvss.evaluation.runs import make_bench, read_run
+from dnnvss.evaluation.runs import make_bench, open_corpus, read_run
 from dnnvss.face.aam import encode_clip, fit_aam
 from dnnvss.face.clips import Clip
 from dnnvss.media import write_video
@@ -91,6 +91,18 @@ def test_another_corpus_is_refused(run, tmp_path, capsys):
     assert run_command("compare", str(stale)) == 1
     assert "was trained on the corpus somethingelse" in capsys.readouterr().err
     assert not (stale / "evaluation").exists()
+
+
+def test_a_corpus_that_was_moved_with_its_runs_is_found_and_one_that_is_gone_is_told(run, tmp_path):
+    home = tmp_path / "new home"
+    moved = Path(shutil.copytree(run, home / "runs" / "toy"))
+    gone = tmp_path / "gone" / "corpus"
+    settings = (moved / "config.yaml").read_text().replace(str(run.parent / "corpus"), str(gone))
+    files.write_text(moved / "config.yaml", settings)
+    with pytest.raises(DnnvssError, match=f"which is not there.*ln -s WHERE {gone}"):
+        open_corpus(moved, gone)
+    shutil.copytree(run.parent / "corpus", home / "data" / "corpus")
+    assert open_corpus(moved, gone).root == home / "data" / "corpus"
 
 
 def test_runs_that_do_not_fit_are_refused(run, tmp_path, capsys):

@@ -210,7 +210,8 @@ def test_tables_of_other_countries_are_read(tmp_path: Path, sign: str, decimal: 
     np.testing.assert_allclose(read_openface(path).points, points, atol=1e-4)
 
 
-@pytest.mark.parametrize("nothing", ["-nan(ind)", "nan", "-nan", "NaN", "1.#QNAN", "-1.#IND", "inf", "", "NA"])
+@pytest.mark.parametrize("nothing", ["-nan(ind)", "nan", "-nan", "NaN", "1.#QNAN", "-1.#IND", "inf", "", "NA", "NULL",
+                                     "#NUM!", "#DIV/0!", "-"])
 def test_frames_without_numbers_are_not_valid(tmp_path: Path, nothing: str) -> None:
     points = np.random.default_rng(0).normal(50, 9, (4, 68, 2)).astype(np.float32)
     path = write_openface(tmp_path / "of.csv", Landmarks(points, np.ones(4, bool)))
@@ -234,6 +235,18 @@ def test_a_small_still_face_on_the_wall_is_not_the_talker(tmp_path: Path) -> Non
     found = read_openface(tmp_path / "both.csv")
     np.testing.assert_allclose(found.points, large, atol=1e-3)
     assert found.faces == 2 and read_openface(tmp_path / "a.csv").faces == 1
+
+
+def test_a_face_that_a_tracker_lost_and_numbered_anew_is_one(tmp_path: Path) -> None:
+    large = np.random.default_rng(0).normal(100, 40, (6, 68, 2))
+    rows = write_openface(tmp_path / "a.csv", Landmarks(large, np.ones(6, bool))).read_text().splitlines()
+    anew = [*rows[:4], *(row.replace(", 0,", ", 1,", 1) for row in rows[4:])]
+    (tmp_path / "b.csv").write_text("\n".join(anew))
+    found = read_openface(tmp_path / "b.csv")
+    assert found.faces == 1 and found.valid.all() and found.points == pytest.approx(large, abs=1e-3)
+    away = write_openface(tmp_path / "c.csv", Landmarks(large + 300, np.ones(6, bool))).read_text().splitlines()
+    (tmp_path / "d.csv").write_text("\n".join([*rows[:4], *(row.replace(", 0,", ", 1,", 1) for row in away[4:])]))
+    assert read_openface(tmp_path / "d.csv").faces == 2
 
 
 def test_points_with_decimal_commas_are_read(tmp_path: Path) -> None:
