@@ -29,7 +29,7 @@ class Moves:
     """How eyes and head move.
 
     Args:
-        eyes: how far the eyes count as shut, and the coefficients of their part model (F, 1 + K), see
+        eyes: how far the eyes are told as they look, and the coefficients of their part model (F, 1 + K), see
             :class:`~dnnvss.life.tracks.Tracks`.
         head: (F, 4), see :class:`~dnnvss.life.tracks.Tracks`.
         blinks: frames, whole or not, at which blinks begin.
@@ -155,5 +155,5 @@ def _recorded_blink(tracks: Tracks, which: int) -> tuple[np.ndarray, int, np.nda
     rise = (place + 1) / max(_MIX_IN * rate, 1.0)
     fall = (len(place) - place) / max(min(_MIX_OUT * rate, last - blink.last), 1.0)
     weight = np.clip(np.minimum(rise, fall), 0, 1)
-    eyes = np.column_stack([tracks.shut[clip], tracks.eyes[clip]])[first : last + 1]
+    eyes = np.column_stack([tracks.whole[clip], tracks.eyes[clip]])[first : last + 1]
     return eyes, blink.first - first, weight**2 * (3 - 2 * weight)

@@ -10,7 +10,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.archives import Held, read_declared
 from dnnvss.errors import DnnvssError
-from dnnvss.life.blinks import Blink, BlinkRates, blink_threshold, find_blinks, shut_share
+from dnnvss.life.blinks import Blink, BlinkRates, blink_threshold, find_blinks
 from dnnvss.life.contexts import CONTEXTS
 from dnnvss.life.eyes import EyeModel, EyeRegion
 
@@ -18,10 +18,9 @@ _BEFORE, _AFTER = 2, 3
 """Frames beside a blink, at 25 a second, that belong to it: the lids are on their way."""
 _REMEDY = "Train the run again"
 _ARRAYS = {
-    "edges": Held(("C",), "i"), "eyes": Held(("F", "K")), "opening": Held(("F",)), "head": Held(("F", 4)),
-    "context": Held(("F",), "ui"), "rate": Held(), "origin": Held((2,)), "step": Held(), "eye": Held(),
-    "weight": Held(("H", "W")),
-    "modes": Held(("K", "N"))}
+    "edges": Held(("C",), "i"), "eyes": Held(("F", "K")), "whole": Held(("F",)), "opening": Held(("F",)),
+    "head": Held(("F", 4)), "context": Held(("F",), "ui"), "rate": Held(), "origin": Held((2,)), "step": Held(),
+    "eye": Held(), "weight": Held(("H", "W")), "modes": Held(("K", "N"))}
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,9 @@ class Tracks:
 
     Args:
         edges: frame at which each clip begins, and the number of all frames (C + 1,).
-        eyes: coefficients (F, K) of the eyes' part model, less those of the clip's open eyes as far as they are open:
-            open eyes are told as a difference from open ones, shut eyes as they look.
+        eyes: coefficients (F, K) of the eyes' part model, less those of the clip's open eyes as far as they are not
+            ``whole``.
+        whole: how far the eyes are told as they look (F,), from 0, as a difference from open eyes, to 1.
         opening: of the eyes (F,), 1 for the clip's open ones.
         head: (F, 4) how the head lies against the clip's mean: turn and scale as a complex number less 1 (real and
             imaginary part), and shift x, y in pixels of the reference frame.
@@ -41,6 +41,7 @@ class Tracks:
 
     edges: np.ndarray
     eyes: np.ndarray
+    whole: np.ndarray
     opening: np.ndarray
     head: np.ndarray
     context: np.ndarray
@@ -53,11 +54,6 @@ class Tracks:
     def __iter__(self) -> Iterator[slice]:
         """The frames of each clip."""
         return (slice(int(a), int(b)) for a, b in zip(self.edges[:-1], self.edges[1:], strict=True))
-
-    @cached_property
-    def shut(self) -> np.ndarray:
-        """How far the eyes count as shut (F,)."""
-        return shut_share(self.opening, blink_threshold(self.opening))
 
     @cached_property
     def blinks(self) -> list[list[Blink]]:
@@ -85,8 +81,8 @@ class Tracks:
 
     @cached_property
     def awake(self) -> np.ndarray:
-        """How far the eyes count as shut, and their coefficients (F, 1 + K), with blinks bridged by straight lines."""
-        lids = np.column_stack([self.shut, self.eyes])
+        """How far eyes are told as they look, and coefficients (F, 1 + K), with blinks bridged by straight lines."""
+        lids = np.column_stack([self.whole, self.eyes])
         for clip in self:
             bare = np.flatnonzero(~self.blinking[clip])
             if len(bare):
@@ -113,7 +109,8 @@ class Life:
         """Write all of it as ``.npz`` and return the path."""
         region, tracks = self.model.region, self.tracks
         return files.write_arrays(
-            path, edges=tracks.edges, eyes=tracks.eyes.astype(np.float16), opening=tracks.opening.astype(np.float32),
+            path, edges=tracks.edges, eyes=tracks.eyes.astype(np.float16),
+            whole=tracks.whole.astype(np.float16), opening=tracks.opening.astype(np.float32),
             head=tracks.head.astype(np.float32), context=tracks.context.astype(np.uint8), rate=np.array(tracks.rate),
             origin=region.origin, step=np.array(region.step), eye=np.array(region.eye), weight=region.weight,
             modes=self.model.modes.astype(np.float16))
@@ -131,6 +128,6 @@ class Life:
         if not whole or a["context"].max(initial=0) >= len(CONTEXTS) or a["modes"].shape[1] != 3 * a["weight"].size:
             raise DnnvssError("its clips, contexts or modes do not fit each other", file=path, remedy=_REMEDY)
         region = EyeRegion(a["origin"], float(a["step"]), float(a["eye"]), a["weight"])
-        tracks = Tracks(edges, a["eyes"].astype(np.float32), a["opening"], a["head"], a["context"].astype(int),
-                        float(a["rate"]))
+        tracks = Tracks(edges, a["eyes"].astype(np.float32), a["whole"].astype(np.float32), a["opening"],
+                        a["head"], a["context"].astype(int), float(a["rate"]))
         return cls(EyeModel(region, a["modes"].astype(np.float32)), tracks)

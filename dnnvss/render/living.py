@@ -34,13 +34,16 @@ _MODELLED, _A_CLIP = 60, 20
 """Clips that the part model of the eyes is fitted to, and frames of each."""
 _OPEN_PERCENTILE, _OPEN = 80, 0.85
 """The percentile of the opening in a clip that counts as open, and the share of it from which eyes are."""
+_USUAL = 90
+"""The percentile of open eyes' distance from the clip's usual ones up to which they are told as a difference."""
 _HEAD, _NECK = 1.1, 0.7
 """How far the head reaches, in distances of its farthest landmark, and over how much more the picture comes to rest."""
 _BORDER = 12.0
 """Pixels at the picture's border over which it comes to rest."""
 
 
-_FILE = "life.npz"
+_FILE = "life-2.npz"
+"""Beside an encoding; the number is another where what is learnt is."""
 
 
 def kept_life(corpus: Corpus, encoded: EncodedCorpus) -> Path | None:
@@ -105,10 +108,9 @@ def learn_life(corpus: Corpus, encoded: EncodedCorpus) -> Life | None:
     eyes = EyeModel.fit(region, np.concatenate(_examples(model, region, corpus, clips)))
     rate = float(clips[0].utterance.rate)
     same = [clip for clip in clips if float(clip.utterance.rate) == rate]
-    threshold = blink_threshold(np.concatenate([c.opening for c in same]))
-    coded = [_coded(eyes, _looks(model, region, corpus, c), c, shut_share(c.opening, threshold)) for c in same]
+    coded = [eyes.code(_looks(model, region, corpus, c)) for c in same]
     edges = np.cumsum([0, *map(len, coded)])
-    tracks = Tracks(edges, np.concatenate(coded), np.concatenate([c.opening for c in same]),
+    tracks = Tracks(edges, *_told(coded, same), np.concatenate([c.opening for c in same]),
                     np.concatenate([head_track(c.code.pose, model) for c in same]),
                     np.concatenate([_contexts(c.utterance, len(c.opening)) for c in same]), rate)
     return Life(eyes, tracks)
@@ -172,11 +174,22 @@ def _examples(model: ActiveAppearanceModel, region: EyeRegion, corpus: Corpus, c
     return found
 
 
-def _coded(eyes: EyeModel, looks: np.ndarray, clip: _Recorded, shut: np.ndarray) -> np.ndarray:
-    """The eyes' coefficients (F, K), less those of the clip's open eyes as far as they are not ``shut`` (F,)."""
-    coefficients = eyes.code(looks)
-    still = np.median(coefficients[clip.open if clip.open.any() else clip.valid], axis=0)
-    return coefficients - (1 - shut)[:, None] * still
+def _told(coded: Sequence[np.ndarray], clips: Sequence[_Recorded]) -> tuple[np.ndarray, np.ndarray]:
+    """Eyes (F, K) and how far they are told as they look (F,), from the coefficients of clips: see :class:`Tracks`.
+
+    A difference from open eyes is told as far as it is small; a large one laid over other open eyes would leave an iris
+    on a lid, and a brow beside a brow.
+    """
+    stills = [np.median(c[clip.open if clip.open.any() else clip.valid], axis=0)
+              for c, clip in zip(coded, clips, strict=True)]
+    away = [np.linalg.norm(c - still, axis=1) for c, still in zip(coded, stills, strict=True)]
+    known = np.concatenate([own[clip.open] for own, clip in zip(away, clips, strict=True)])
+    usual = max(float(np.percentile(known, _USUAL)), 1e-6) if len(known) else 1e-6
+    far = np.clip(np.concatenate(away) / usual - 1, 0, 1)
+    opening = np.concatenate([clip.opening for clip in clips])
+    whole = np.maximum(shut_share(opening, blink_threshold(opening)), far * far * (3 - 2 * far))
+    still = np.repeat(stills, [len(c) for c in coded], axis=0)
+    return np.concatenate(coded) - (1 - whole)[:, None] * still, whole
 
 
 def _contexts(utterance: Utterance, frames: int) -> np.ndarray:
@@ -186,9 +199,9 @@ def _contexts(utterance: Utterance, frames: int) -> np.ndarray:
 class LivingPicture:
     """Draws movements of eyes and head over pictures of the neutral frame.
 
-    What the eyes' part model says is added, fading out at its region's rim, and as far as the eyes are shut the neutral
-    frame's own detail there is taken away but for its light. Then the picture is moved with the head: wholly within the
-    face, less and less beside it, not at all at the picture's border.
+    What the eyes' part model says is added, fading out at its region's rim, and as far as it tells how the eyes look,
+    the neutral frame's own detail there is taken away but for its light. Then the picture is moved with the head:
+    wholly within the face, less and less beside it, not at all at the picture's border.
 
     Args:
         life: of the talker.

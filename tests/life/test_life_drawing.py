@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.life import CONTEXTS, EyeModel, EyeRegion, Life, Tracks, draw_moves, find_blinks
+from dnnvss.life import CONTEXTS, EyeModel, EyeRegion, Life, Tracks, draw_moves, find_blinks, shut_share
 from dnnvss.timing import FrameClock
 
 RATE, FRAMES, CLIPS = 25.0, 75, 12
@@ -28,8 +28,9 @@ def life() -> Life:
         clip[start : start + len(LID)] = LID
     eyes = np.stack([1 - opening, *random.normal(0, 0.05, (2, CLIPS, FRAMES)).cumsum(axis=2)], axis=-1)
     head = lfilter([1], [1, -0.9], random.normal(0, 0.1, (CLIPS, FRAMES, 4)), axis=1) * [0.01, 0.01, 1, 1]
-    tracks = Tracks(np.arange(CLIPS + 1) * FRAMES, eyes.reshape(-1, 3), opening.ravel(), head.reshape(-1, 4),
-                    context.ravel(), RATE)
+    whole = shut_share(opening, 0.55)
+    tracks = Tracks(np.arange(CLIPS + 1) * FRAMES, eyes.reshape(-1, 3), whole.ravel(), opening.ravel(),
+                    head.reshape(-1, 4), context.ravel(), RATE)
     return Life(EyeModel(region, modes), tracks)
 
 

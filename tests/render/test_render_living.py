@@ -34,7 +34,8 @@ def neutral(model: ActiveAppearanceModel) -> Neutral:
 def life() -> Life:
     region = EyeRegion.around(RINGS)
     model = EyeModel.fit(region, np.full((4, *region.weight.shape, 3), 25.0))
-    tracks = Tracks(np.array([0, 4]), np.zeros((4, 1)), np.ones(4), np.zeros((4, 4)), np.zeros(4, int), 25.0)
+    tracks = Tracks(np.array([0, 4]), np.zeros((4, 1)), np.zeros(4), np.ones(4), np.zeros((4, 4)), np.zeros(4, int),
+                    25.0)
     return Life(model, tracks)
 
 
@@ -98,8 +99,8 @@ def test_what_is_learnt_is_kept_beside_the_encoding(tmp_path: Path, monkeypatch:
     life = Life.load(path)
     assert len(life.tracks) == 5 and life.tracks.head.shape == (100, 4)
     assert life.tracks.recorded == []  # the toy's eyes are painted on, and never shut
-    for clip in life.tracks:  # open eyes are told as differences from the clip's open ones
-        assert np.median(life.tracks.eyes[clip], axis=0) == pytest.approx(0, abs=0.05)
+    told = life.tracks.eyes[life.tracks.whole == 0]  # open eyes are told as differences from the clip's open ones
+    assert len(told) > 80 and np.abs(np.median(told, axis=0)).max() < 5
 
 
 def test_a_face_without_eyes_has_no_life(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
