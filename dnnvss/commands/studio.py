@@ -23,8 +23,8 @@ _TOKEN, _SHORTEST = "DNNVSS_TOKEN", 16
 """The variable of the environment that may hold the token, and how many letters it has at least."""
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Serve the page until Ctrl-C."""
+def flags() -> Flags:
+    """What the command takes."""
     parser = Flags(prog="dnnvss studio", description=__doc__)
     parser.add_argument("runs", nargs="?", type=Path, default=Path("runs"), metavar="RUNS",
                         help="a folder of run folders (runs)")
@@ -42,7 +42,12 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seconds", type=whole(1, 36_000), default=120, help="that one request may take (120)")
     parser.add_argument("--log", type=Path, metavar="FILE", help="a line of JSON for each request; - for the terminal")
     parser.add_argument("--log-texts", action="store_true", help="what is said stands in the log, too")
-    options = parser.read(arguments)
+    return parser
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Serve the page until Ctrl-C."""
+    options = flags().read(arguments)
     from dnnvss.studio.areas import with_areas
     from dnnvss.studio.pool import PoolLimits
     from dnnvss.studio.requests import Requests
