@@ -23,7 +23,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -71,6 +71,15 @@ class Service:
         """Numbers of the processes that speak."""
         children = Path(f"/proc/{self.process.pid}/task").glob("*/children")
         return [int(word) for path in children for word in path.read_text().split()]
+
+    @property
+    def processor(self) -> float:
+        """Seconds of the processor that its processes have taken."""
+        ticks = 0
+        for pid in (self.process.pid, *self.workers):
+            words = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+            ticks += int(words[11]) + int(words[12])
+        return ticks / os.sysconf("SC_CLK_TCK")
 
     @property
     def memory(self) -> float:
@@ -220,10 +229,14 @@ def middle(values: list[float], first: float, last: float) -> float:
     return statistics.median(values[int(first * len(values)) : max(int(last * len(values)), 1)])
 
 
-def told(seconds: list[float]) -> str:
-    """The middle and the 95th of 100 of sorted seconds."""
+def told(service: Service, run: str, measured: Callable[[Service, str], list[float]]) -> str:
+    """The middle and the 95th of 100 of sorted seconds, and how long the processor worked for each."""
+    before = service.processor
+    seconds = measured(service, run)
+    each = (service.processor - before) / len(seconds)
     return (
-        f"median {statistics.median(seconds):.3f} s, 95 % {seconds[int(0.95 * len(seconds))]:.3f} s"
+        f"median {statistics.median(seconds):.3f} s, 95 % {seconds[int(0.95 * len(seconds))]:.3f} s, "
+        f"of the processor {each:.3f} s"
     )
 
 
@@ -245,8 +258,8 @@ def main() -> None:
     options = parser.parse_args()
     alone = min(30.0, options.seconds)
     with serving(options.runs, 1) as (service, run):
-        print(f"first picture of ten words: {told(first_picture(service, run))}", flush=True)
-        print(f"from a dragged key to its picture: {told(dragged_key(service, run))}", flush=True)
+        print(f"first picture of ten words: {told(service, run, first_picture)}", flush=True)
+        print(f"from a dragged key to its picture: {told(service, run, dragged_key)}", flush=True)
         one, *_ = crowd(service, run, 1, alone, 0)
     rate = one["speak 200"] / alone
     print(
