@@ -7,8 +7,9 @@ made and printed.
 """
 
 import os
-from collections.abc import Sequence
-from contextlib import suppress
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_urlsafe
 
@@ -64,11 +65,21 @@ def main(arguments: Sequence[str]) -> int:
         with Server(page, options.port, options.host, token=token, names=options.name) as server:
             print(f"open {server.url}{f'?token={token}' if made else ''} (Ctrl-C ends); the service is described at "
                   f"{server.url}v1/openapi.json", flush=True)
-            with suppress(KeyboardInterrupt):
+            with _ended_by_sigterm(), suppress(KeyboardInterrupt):
                 server.wait()
     finally:
         desk.close()
     return DONE
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """Let what supervisors send end the block as Ctrl-C does, so that nothing is left behind."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _workers() -> int:

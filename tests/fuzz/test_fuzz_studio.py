@@ -163,6 +163,10 @@ def test_strangers_harm_nobody_who_is_spoken_to(demo: Path, house: Path) -> None
             found = re.search(r"127\.0\.0\.1:(\d+)", service.stdout.readline())
             assert found
             to = Target(int(found[1]), next(runs.iterdir()).name, "none")
+            until = time.monotonic() + 120
+            while harmless(to.sent(to.get("/v1/health"))) != "200":
+                assert time.monotonic() < until, "no worker came"
+                time.sleep(0.5)
             said = re.search(
                 rb'"id": "([\w-]+)"', to.sent(to.post("/v1/speak", to.saying()), wait=120)
             )
@@ -174,6 +178,7 @@ def test_strangers_harm_nobody_who_is_spoken_to(demo: Path, house: Path) -> None
         finally:
             service.terminate()
             said_more = service.stderr.read()
+            assert service.wait() == 0
     assert "Traceback" not in said_more, said_more[-3000:]
     assert everything(runs) == before
     assert "<script>" not in (house / "log").read_text()
