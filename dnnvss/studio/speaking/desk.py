@@ -231,9 +231,7 @@ class SpeakingDesk:
     async def _said(self, asked: Asked, saying: Saying, like: str = "") -> tuple[str, Content, int]:
         """The id of a new take, what is told of it, and the number of its pictures."""
         name, near = token_urlsafe(9), self._known.get(like).worker if like else None
-        asked.notes.update(
-            {"run": saying.run, "signs": len(saying.text)} | self._requests.texts(saying.text)
-        )
+        asked.notes.update({"signs": len(saying.text)} | self._requests.texts(saying.text))
         job = {
             "job": "change" if like else "speak",
             "take": name,
@@ -241,6 +239,7 @@ class SpeakingDesk:
             "like": like,
         }
         done = await self._done(asked, job | self._heard(saying), near)
+        asked.notes["run"] = saying.run  # now that there is one of this name, it is nothing that a user wrote
         self._known.put(name, saying, done.worker)
         return name, Content(done.body, str(done.head["kind"])), int(done.head["frames"])
 
