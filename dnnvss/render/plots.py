@@ -15,6 +15,8 @@ from dnnvss.render.pictures import still
 from dnnvss.timing import FrameClock, Tier
 
 COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
+_DPI, _PIXELS = 150, 20e6
+"""Dots to an inch, and dots of a picture from which there are fewer to an inch."""
 _LINE, _LINES, _CROWD, _DOTS = 100, 30, 200, 4000
 """Phones of a line of a plot over time, from which it goes on in another line below; lines of a plot at most; phones of
 a line from which they go without labels and edges, which could not be told apart; and values of a line from which its
@@ -213,7 +215,8 @@ def new_figure(width: float, height: float) -> Any:
     from matplotlib.figure import Figure
 
     mpl.rcParams.update({"text.parse_math": False, "text.usetex": False})
-    figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    dpi = min(_DPI, (_PIXELS / (width * height)) ** 0.5)  # what is drawn lies in memory as a whole
+    figure = Figure(figsize=(width, height), dpi=dpi, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
