@@ -16,6 +16,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats import Curves, Markers, write_alignment, write_curves, write_trc
 from dnnvss.media import SPEECH_RATE, write_wav
 from dnnvss.speech.formant import synthesise
+from dnnvss.staging import is_ours
 from dnnvss.timing import FrameClock
 
 CREDIT = "Built-in talker of dnnvss, captured by program, no person recorded (MIT)."
@@ -98,7 +99,7 @@ def _session_in(raw: Path) -> dict[str, Any] | None:
     Raises:
         DnnvssError: it holds something else, which would be lost.
     """
-    if not raw.is_dir() or not any(raw.iterdir()):
+    if not raw.is_dir() or all(is_ours(path.name) for path in raw.iterdir()):
         return None
     path = raw / SESSION
     told = files.read_json(path) if path.is_file() else None

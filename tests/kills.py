@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kills_made import write_all
 
 from dnnvss import staging
 
@@ -39,7 +40,7 @@ VOLATILE = ("tensorboard", "checkpoints")
 TOKEN = "DNNVSS_KILLS"
 """A variable of the environment by which the processes that a command started are found."""
 LONGEST = 20.0
-"""Seconds after which a process whose parent was killed should have ended."""
+"""Seconds after which a process whose parent was killed should have ended, where the processors are free."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,22 @@ COMMANDS = {
     "face-figures": Command(lambda home: ("face-figures", home / "runs/a", "--modes", 2, "--out", home / "face"),
                             ("data", "runs")),
     "units": Command(lambda home: ("units", home / "runs/v", "--out", home / "units"), ("runs",)),
+    "animators": Command(lambda home: ("speak", f"run={home}/runs/a", "text=hello", f"out={home}/o/a.mp4",
+                                       f"export_rig={home}/o/take.json", f"export_visemes={home}/o/v.json",
+                                       "rig_curves=plain", "speech=formant"), ("runs",)),
+    "rig": Command(lambda home: ("rig", home / "takes/t0.csv", "--out", home / "o/t.mp4", home / "o/t.glb",
+                                 home / "o/t.csv", home / "o/t.json", "--height", 32, "--rate", 10), ("takes",)),
+    "motion": Command(lambda home: ("prepare", "corpus=motion", f"corpus.raw={home}/takes", f"corpus.out={home}/moved",
+                                    "jobs=2"), ("takes",)),
+    "session": Command(lambda home: ("prepare", "corpus=session", f"corpus.raw={home}/raw", f"corpus.out={home}/own",
+                                     "corpus.importer.form=curves", "corpus.importer.sentences=3",
+                                     "corpus.importer.held_out=1", "jobs=2")),
+    "viewing": Command(lambda home: ("viewing", "make", home / "design.yaml", home / "runs/a", home / "runs/v", "--out",
+                                     home / "test", "--jobs", 2), ("data", "runs", "design.yaml")),
+    "analyse": Command(lambda home: ("viewing", "analyse", home / "test"), ("data", "runs", "test")),
+    "correlations": Command(lambda home: ("correlations", f"folder={home}/runs/a", "study=context", "study.repeats=2",
+                                          "study.first=10", "study.last=20", "study.step=10", f"out={home}/heard"),
+                            ("data", "runs"), whole=True),
 }
 ALONE = ("train", "corpus=demo", "labels=ph_dv", "visemes.units=6", *FAST)
 """What makes the run ``v``, whose labels have dynamic visemes."""
@@ -223,7 +240,7 @@ def made(folder: Path) -> Path:
         words[0] = tuple("corpus.sentences=8" if "sentences" in str(w) else w for w in words[0])
         for each in words:
             assert run(each, folder / "log") == 0, (folder / "log").read_text()
-        _in_fork(lambda: (_recorded(home), _labelled(home)))
+        _in_fork(lambda: write_all(home))
         shutil.copytree(home, base)
     return base
 
@@ -239,48 +256,6 @@ def _in_fork(work: Callable[[], Any]) -> None:
         status = 0
     finally:
         os._exit(status)
-
-
-def _recorded(home: Path) -> None:
-    """Recordings as a user has them, in ``raw``: silent videos with sound, words, landmarks and phone times beside."""
-    from dnnvss.corpus import Corpus
-    from dnnvss.formats import write_alignment
-
-    corpus, raw = Corpus.open(home / "data"), home / "raw"
-    raw.mkdir()
-    for u in list(corpus.utterances.values())[:4]:
-        for kind, suffix in (("video", "mp4"), ("audio", "wav"), ("landmarks", "npz")):
-            shutil.copyfile(corpus.path(u, kind), raw / f"{u.id}.{suffix}")
-        (raw / f"{u.id}.txt").write_text(u.text)
-        write_alignment(raw / f"{u.id}.TextGrid", u.alignment)
-    (raw / "landmarks.json").write_text(json.dumps({"groups": corpus.info.landmark_groups}))
-
-
-def _labelled(home: Path) -> None:
-    """Finished labels of the recordings in ``labels``, and the same as another tool writes them in ``coco.json``."""
-    from dnnvss.corpus import Corpus
-    from dnnvss.face.aam.labelling.sheet import Label, Sheet
-    from dnnvss.formats.landmarks import write_pts
-    from dnnvss.media import read_video
-    from dnnvss.media.pictures import write_picture
-
-    corpus, labels = Corpus.open(home / "data"), home / "labels"
-    labels.mkdir()
-    rows, images, annotations = [], [], []
-    for u in list(corpus.utterances.values())[:2]:
-        frames, points = read_video(corpus.path(u, "video")), corpus.landmarks(u)[0]
-        for frame in range(0, len(frames), len(frames) // 6):
-            stem = f"{u.id}_{frame}"
-            write_picture(labels / f"{stem}.png", frames[frame])
-            write_pts(labels / f"{stem}.pts", points[frame])
-            rows.append(Label(f"{u.id}.mp4", frame, f"{stem}.png", f"{stem}.pts"))
-            number = len(rows)
-            images.append({"id": number, "file_name": f"{stem}.png"})
-            moved = np.c_[points[frame] + 0.25, np.full(len(points[frame]), 2)]
-            annotations.append({"id": number, "image_id": number, "keypoints": moved.ravel().tolist()})
-    Sheet(labels, dict(corpus.info.landmark_groups), tuple(rows), frozenset(r.image for r in rows), "talker",
-          str(home / "raw")).save()
-    (home / "coco.json").write_text(json.dumps({"images": images, "annotations": annotations}))
 
 
 def fresh(home: Path, base: Path | None, needs: tuple[str, ...], whole: bool = False) -> None:
@@ -327,7 +302,8 @@ def trials(folder: Path, name: str, few: int = 0, times: int = 0) -> Iterator[Tr
 
 def orphans() -> int:
     """How many of the processes that killed commands started are still there after :data:`LONGEST`."""
-    until = time.monotonic() + LONGEST
+    busy = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    until = time.monotonic() + LONGEST * busy
     while (left := _started()) and time.monotonic() < until:
         time.sleep(0.1)
     return len(left)

@@ -140,6 +140,8 @@ def test_a_session_that_was_killed_as_it_was_made_goes_on(
     form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     raw, made = tmp_path / "raw", []
+    raw.mkdir()
+    (raw / ".session.json.a2b4c6d8.part.json").write_text("killed before it was moved")
 
     def performed(raw: Path, *asked: object) -> None:
         made.append(asked[:4])
