@@ -21,8 +21,7 @@ from pathlib import Path
 
 import kills
 
-COMMANDS = ("prepare", "recordings", "train", "speak", "export", "compare", "label", "import", "track", "figure",
-            "face-figures", "units")
+COMMANDS = tuple(name for name in kills.COMMANDS if name != "page")  # which a browser must ask for something
 MEMORY = (600, 800, 1000, 1500)
 """Megabytes."""
 HANDLES = (16, 32, 64, 128)
