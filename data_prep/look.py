@@ -5,7 +5,6 @@ import time
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from data_prep.headers import headers
 from data_prep.look_page import page
@@ -16,6 +15,7 @@ from data_prep.sample import sampled
 from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.media.folders import is_visible
+from dnnvss.staging import scratch
 
 HEADERS, SAMPLE = 8.0, 25.0
 """Seconds in which headers are read, and in which a sample is prepared."""
@@ -42,8 +42,8 @@ def first_look(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Pat
     problems |= unread
     good = [s for s in good if s.id not in unread]
     jobs = shop.jobs if shop.jobs > 0 else max(1, (os.cpu_count() or 1) + 1 + shop.jobs)
-    with TemporaryDirectory() as folder:
-        sample = sampled(good, known, recipe, Path(folder), SAMPLE)
+    with scratch() as folder:
+        sample = sampled(good, known, recipe, folder, SAMPLE)
         look = Look(recipe.info.name, recipe.info.variant, sources, problems, _kinds(sources), known, sample,
                     said(good, recipe), recipe.lacking, jobs)
         path = files.write_text(shop.out / NAME, page(look, time.monotonic() - began))

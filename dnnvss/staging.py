@@ -7,7 +7,9 @@ A temporary file without one is what a killed command left.
 import errno
 import os
 import re
+import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -19,6 +21,8 @@ from typing import Any
 fcntl: Any = import_module("fcntl") if os.name == "posix" else None
 """The locks of the system; without them nothing is swept."""
 _NAME = re.compile(r"\..*\.[a-z0-9_]{8}\.part(\.[^.]*)?", re.DOTALL)
+_SCRATCH, _NEW = "dnnvss.scratch-", 10.0
+"""How the names of folders of :func:`scratch` begin, and seconds in which one may have been made and not yet locked."""
 _swept: set[tuple[int, Path]] = set()
 
 
@@ -206,6 +210,38 @@ def _used(folder: Path, shared: bool, waiting: str) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """A folder for what nobody keeps, in the system's folder for such, gone afterwards.
+
+    The first call of a process removes those of its user's processes that were killed: what people said or brought
+    does not stay.
+    """
+    home = Path(tempfile.gettempdir())
+    if (os.getpid(), home) not in _swept:
+        _swept.add((os.getpid(), home))
+        _sweep_scratch(home)
+    with tempfile.TemporaryDirectory(prefix=_SCRATCH, dir=home, ignore_cleanup_errors=True) as name:
+        handle = held(Path(name))
+        try:
+            yield Path(name)
+        finally:
+            os.close(handle)
+
+
+def _sweep_scratch(home: Path) -> None:
+    """Remove the folders of :func:`scratch` that no process holds, but those that are just being made."""
+    if fcntl is None:
+        return
+    with suppress(OSError), os.scandir(home) as found:
+        for entry in list(found):
+            if not entry.name.startswith(_SCRATCH) or not entry.is_dir(follow_symlinks=False):
+                continue
+            told = entry.stat(follow_symlinks=False)
+            if told.st_uid == os.getuid() and time.time() - told.st_mtime > _NEW and abandoned(Path(entry.path)):
+                shutil.rmtree(entry.path, ignore_errors=True)
 
 
 def held(folder: Path) -> int:

@@ -1,5 +1,8 @@
 """Temporary files are told from leftovers by their locks; sets are moved at once; names stay in their folder."""
 
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -63,3 +66,30 @@ def test_links_may_point_inside_and_not_out(tmp_path: Path) -> None:
     assert files.inside(tmp_path / "folder", "deep/in").read_text() == "a"
     with pytest.raises(DnnvssError, match="is a link"):
         files.inside(tmp_path / "folder", "out/b")
+
+
+def test_scratch_goes_and_what_killed_processes_left_goes_first(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(staging, "_NEW", 0.0)
+    ours = "dnnvss.scratch-"
+    killed = """import os, sys, tempfile
+tempfile.tempdir = sys.argv[1]
+from dnnvss import staging
+with staging.scratch() as folder:
+    (folder / "said.wav").write_bytes(b"words")
+    os.kill(os.getpid(), 9)
+"""
+    done = subprocess.run([sys.executable, "-c", killed, str(tmp_path)], check=False)
+    assert done.returncode == -9 and [p.name.startswith(ours) for p in tmp_path.iterdir()] == [True]
+    (tmp_path / "somebody's").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere/kept").write_text("kept")
+    (tmp_path / f"{ours}link").symlink_to(tmp_path / "elsewhere")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with staging.scratch() as folder:
+        others = {"elsewhere", "somebody's", f"{ours}link"}
+        assert {p.name for p in tmp_path.iterdir()} == {*others, folder.name}
+        staging._sweep_scratch(tmp_path)  # as another process does
+        assert folder.is_dir()
+    assert {p.name for p in tmp_path.iterdir()} == others
+    assert (tmp_path / "elsewhere/kept").is_file()

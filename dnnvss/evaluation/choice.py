@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -25,6 +24,7 @@ from dnnvss.runs.knowledge import with_knowledge
 from dnnvss.runs.naming import system_that_counts, what_counts
 from dnnvss.runs.settings import RunSettings
 from dnnvss.settings import check_settings, read_settings, setting
+from dnnvss.staging import scratch
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task, speech_frames
 from dnnvss.systems.registry import check_systems, make_system
@@ -186,8 +186,8 @@ def cross_predicted(make: Callable[[], VisualModel], task: Task, examples: Seque
     said = {}
     for part in folded(examples, folds):
         model = make()
-        with tempfile.TemporaryDirectory() as scratch:
-            model.fit(part["train"], part["val"], Path(scratch))
+        with scratch() as folder:
+            model.fit(part["train"], part["val"], folder)
         for e in part["test"]:
             predicted = model.predict(e)
             said[e.id] = np.asarray(mlpg(predicted.mean, predicted.variance, task.windows))

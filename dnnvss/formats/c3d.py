@@ -3,7 +3,6 @@
 import struct
 import subprocess
 import sys
-import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from dnnvss.archives import Held, read_declared
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats.tracked import IN_MM, Markers
 from dnnvss.shortages import MEMORY
+from dnnvss.staging import scratch
 
 _WORKER = Path(__file__).with_name("c3d_worker.py")
 _REMEDY = "Export the take again, or as TRC"
@@ -52,8 +52,8 @@ def read_c3d(path: str | Path) -> Markers:
             remedy="pip install dnnvss[motion], or export the take as TRC",
         )
     _check_head(path)
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "markers.npz"
+    with scratch() as folder:
+        out = folder / "markers.npz"
         most = _ROOM + _TIMES * path.stat().st_size
         command = [sys.executable, "-P", str(_WORKER), str(path), str(out), str(most), str(_SECONDS)]
         try:

@@ -6,13 +6,12 @@ with their errors.
 
 import contextlib
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dnnvss import files
+from dnnvss import files, staging
 from dnnvss.corpus import SPLITS, Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.face.encoding import EncodedCorpus
@@ -83,8 +82,8 @@ def corpus_units(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: Fr
 def _place_of_fits(scratch: Path | None, name: str) -> Iterator[Path]:
     """A folder for the fits of this process, deleted once all of them have ended."""
     if scratch is None:
-        with tempfile.TemporaryDirectory() as temporary:
-            yield Path(temporary)
+        with staging.scratch() as folder:
+            yield folder
         return
     place = scratch / f"visemes-{name}-{process_number()}"  # processes that share a run make units each
     yield place

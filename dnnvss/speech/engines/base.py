@@ -1,7 +1,6 @@
 """What an engine gives, and what all of them share: programs in subprocesses and wav files."""
 
 import subprocess
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import scipy.io.wavfile
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCE, SILENCES
+from dnnvss.staging import scratch
 from dnnvss.text.sentence import Sentence
 from dnnvss.timing import Alignment, FrameClock, Segment, Tier
 
@@ -95,8 +95,8 @@ def run(command: Sequence[str], engine: str, text: str = "") -> str:
 @contextmanager
 def workshop() -> Iterator[Path]:
     """Yield a temporary folder that is gone afterwards."""
-    with tempfile.TemporaryDirectory(prefix="dnnvss-") as name:
-        yield Path(name)
+    with scratch() as folder:
+        yield folder
 
 
 def read_wav(path: Path, engine: str) -> tuple[np.ndarray, int]:

@@ -4,9 +4,8 @@ import asyncio
 import os
 import platform
 import sys
-import tempfile
 from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from secrets import token_urlsafe
@@ -16,6 +15,7 @@ from dnnvss import __version__
 from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
 from dnnvss.runs.choice import finished_runs
+from dnnvss.staging import scratch
 from dnnvss.studio.page import STREAM, Asked, BusyError, Content, Page, Route
 from dnnvss.studio.pool import Done, Pool, PoolLimits
 from dnnvss.studio.requests import Requests
@@ -56,8 +56,8 @@ class SpeakingDesk:
         worker: tuple[str, ...] = WORKER,
     ) -> None:
         self._runs, self._styles, self._requests = runs, styles, requests or Requests()
-        self._temporary = tempfile.TemporaryDirectory(prefix="dnnvss-studio-")
-        folder = Path(self._temporary.name)
+        self._temporary = ExitStack()
+        folder = self._temporary.enter_context(scratch())
         self._known, self._uploads, self._setup = (
             KnownTakes(folder),
             Uploads(folder / "sounds"),
@@ -168,7 +168,7 @@ class SpeakingDesk:
         """Forget everything."""
         self._setup.end()
         self._requests.close()
-        self._temporary.cleanup()
+        self._temporary.close()
 
     def runs(self) -> dict[str, Any]:
         """The runs by name, what drives each, and the styles; none where nothing was trained yet."""

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from dnnvss import files
 from dnnvss.archives import Held, check_arrays, read_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.media import SOUND_RATE
+from dnnvss.staging import scratch
 from dnnvss.studio.reading import SOUND, TIMES
 from dnnvss.synthesis.request import Recording
 
@@ -97,8 +97,8 @@ def _read_apart(kind: str, data: bytes, suffix: str) -> Iterator[Path]:
     Raises:
         DnnvssError: what was wrong with the data in that process's words, or that it had to be ended.
     """
-    with tempfile.TemporaryDirectory(prefix="dnnvss-upload-") as folder:
-        given, out = Path(folder) / f"given{suffix}", Path(folder) / ("read.npz" if kind == SOUND else "read.json")
+    with scratch() as folder:
+        given, out = folder / f"given{suffix}", folder / ("read.npz" if kind == SOUND else "read.json")
         given.write_bytes(data)
         command = [sys.executable, "-m", "dnnvss.studio.reading", kind, str(given), str(out)]
         try:
@@ -106,6 +106,8 @@ def _read_apart(kind: str, data: bytes, suffix: str) -> Iterator[Path]:
                                   stdin=subprocess.DEVNULL)
         except subprocess.TimeoutExpired:
             raise DnnvssError(f"it could not be read within {SECONDS} s", remedy="Give a shorter one") from None
+        if done.returncode == -9:
+            raise DnnvssError("the system ended the process that read it", remedy="Send it again in a moment")
         if done.returncode or not out.is_file():
             said = done.stderr.strip().splitlines()[-1:] if done.returncode == 1 else []
             raise DnnvssError((said or ["it cannot be read"])[0].replace(str(given), "what was sent"),
