@@ -85,7 +85,7 @@ class AreaDesk:
     """
 
     def __init__(self, area: Area, roots: Iterable[Path]) -> None:
-        self.area, self._roots = area, [str(root) for root in roots]
+        self.area, self._roots = area, [str(root.resolve()) for root in roots]
         self._known = dict[str, Thing]()
         self._pages, self._lock = OrderedDict[Path, Page](), threading.Lock()
 

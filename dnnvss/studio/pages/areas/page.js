@@ -63,10 +63,9 @@ const kinds = {
   fit: (item, link) => showFit($('shown'), place(item, ''), link.path, stop.signal),
 };
 
-// A list with runs that learn is asked for again.
+// The list is asked for again: what commands make meanwhile comes by itself.
 function again() {
   const {signal} = stop;
-  if (!listed.items.some(item => item.state === 'running')) return;
   setTimeout(guarded(async () => {
     if (signal.aborted) return;
     const found = await get('items');

@@ -319,7 +319,7 @@ async function load() {
   options($('run'), found.runs.map(run => [run.name, `${run.name} (${run.correlation.toFixed(3)})`]), $('run').value || found.runs[0]?.name);
   options($('style'), found.styles.map(name => [name, name]), $('style').value || found.styles[0]);
   options($('beside'), [['', 'nothing'], ...found.styles.map(name => [`style:${name}`, `style ${name}`]), ...found.runs.map(run => [`run:${run.name}`, run.name])], '');
-  $('setup').hidden = found.runs.length > 0; $('form').hidden = $('stage').hidden = !found.runs.length;
+  $('setup').hidden = found.runs.length > 0; $('whose').hidden = !found.runs.length; $('form').hidden = $('stage').hidden = !found.runs.length;
   document.querySelector('aside').hidden = !found.runs.length;
   $('setup-why').textContent = found.why;
   tell();
