@@ -1,10 +1,10 @@
 """How the studio's page keeps sound and picture together, and how soon it answers a hand.
 
-``python benchmarks/studio_page.py RUNS [--plays 5] [--moves 40]``: a real browser (chromium) opens the page, plays ten
-words some times and drags the curve. In step: whenever the page draws a picture, the sound that the audio device puts out
-at that moment (``AudioContext.getOutputTimestamp``, which the page's own clock does not use) less the middle of the
-time that the picture stands for. Answer: from the event of the pointer to the first picture of the changed speech that is
-drawn, the moves half a second apart.
+``python benchmarks/studio_page.py RUNS [--plays 5] [--moves 40]``: a real browser (chromium) opens
+the page, plays ten words some times and drags the curve. In step: whenever the page draws a
+picture, the sound that the audio device puts out at that moment (``getOutputTimestamp``, which the
+page's own clock does not use) less the middle of the time that the picture stands for. Answer: from
+the event of the pointer to the first picture of the changed speech, moves half a second apart.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import numpy as np
 from studio import TEN, Service
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from browser import Browser, open_browser  # noqa: E402
+from browser import Browser, open_browser
 
 STEP = 40.0
 """Milliseconds that sound and picture may be apart."""
@@ -86,7 +86,7 @@ def in_step(browser: Browser, service: Service, take: Any, plays: int) -> np.nda
     """Milliseconds that the sound was ahead of each picture that was drawn while it played."""
     named, apart = frames_of(service, take), list[float]()
     for _ in range(plays):
-        browser.ask("document.getElementById('play').textContent === 'Pause' && document.getElementById('play').click()")
+        browser.ask("(b => b.textContent === 'Pause' && b.click())(document.getElementById('play'))")
         browser.ask("(() => { const t = document.getElementById('time'); t.value = 0; "
                     "t.dispatchEvent(new Event('input')); window.drawn = []; window.begun = null; })()")
         browser.ask("document.getElementById('play').click()")

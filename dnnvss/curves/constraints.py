@@ -1,6 +1,6 @@
 """Constraints in the solve of parameter generation: closures, contacts, keys and ranges that a trajectory must keep."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -174,7 +174,8 @@ def hold(
 
 
 def constrain(
-    trajectory: np.ndarray, variance: Any, constraints: Constraints, windows: Windows = STATIC_DELTA_DELTA2
+    trajectory: np.ndarray, variance: Any, constraints: Constraints, windows: Windows = STATIC_DELTA_DELTA2,
+    equations: Callable[[], NormalEquations] | None = None,
 ) -> np.ndarray:
     """Return the trajectory (T, D) that keeps the constraints and is otherwise the most likely one.
 
@@ -188,6 +189,7 @@ def constrain(
         variance: the variances of the prediction, which broadcast to (T, W, D).
         constraints: what to keep.
         windows: the streams of the prediction.
+        equations: gives :func:`equations_of` where several solves share them; made anew where None.
 
     Raises:
         DnnvssError: constraints that contradict one another (the worst is named), or lie outside the utterance.
@@ -201,15 +203,28 @@ def constrain(
                           f"{start.shape}", remedy="Give functionals of the parameters of this model")
     if not len(constraints):
         return start
-    problem = _Dual(start.astype(float), variance, constraints, windows)
+    problem = _Dual(start.astype(float), variance, constraints, windows, equations)
     return problem.solution().astype(start.dtype) if problem.broken else start
+
+
+def equations_of(variance: Any, shape: tuple[int, ...], windows: Windows) -> NormalEquations:
+    """P = W' V^-1 W of a prediction, factorised.
+
+    Args:
+        variance: what broadcasts to (T, W, D).
+        shape: T and D.
+        windows: the streams.
+    """
+    streams = torch.empty(1, shape[0], len(windows), shape[1], dtype=torch.float64)
+    return NormalEquations(precision_of(variance, streams), windows, None, streams.shape)
 
 
 class _Dual:
     """Finds the multipliers u of the constraints; the trajectory is ``x0 + P^-1 A' u``."""
 
-    def __init__(self, start: np.ndarray, variance: Any, constraints: Constraints, windows: Windows) -> None:
-        self.variance, self.windows = variance, windows
+    def __init__(self, start: np.ndarray, variance: Any, constraints: Constraints, windows: Windows,
+                 equations: Callable[[], NormalEquations] | None) -> None:
+        self.variance, self.windows, self._given = variance, windows, equations
         self.start, self.constraints = start, constraints.taken(np.argsort(constraints.frames, kind="stable"))
         self.rows = self.constraints.matrix(len(start), windows)
         self.low, self.high = self.constraints.low, self.constraints.high
@@ -226,8 +241,7 @@ class _Dual:
     @cached_property
     def equations(self) -> NormalEquations:
         """P, factorised."""
-        streams = torch.empty(1, len(self.start), len(self.windows), self.start.shape[1], dtype=torch.float64)
-        return NormalEquations(precision_of(self.variance, streams), self.windows, None, streams.shape)
+        return self._given() if self._given else equations_of(self.variance, self.start.shape, self.windows)
 
     def solution(self) -> np.ndarray:
         """Return the trajectory; constraints that never come into play are not solved for.

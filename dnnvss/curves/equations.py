@@ -61,6 +61,7 @@ class NormalEquations:
         self.precision, self.windows, self.counts, self.shape = precision, windows, counts, shape
         self.bands = self._accumulate(len(precision) if counts is None else shape[0])
         self.factor: Factor = factorise(self.bands, batch=shape[0])
+        self._known = dict[int, np.ndarray]()
 
     def trajectory(self, mean: torch.Tensor) -> torch.Tensor:
         """Return the solution (B, T, D) for means (B, T, W, D)."""
@@ -99,9 +100,11 @@ class NormalEquations:
             dead: share of a column's peak below which its end may be cut.
         """
         count, margin = self.shape[1], _MARGIN
+        if count <= _SHORT:
+            return 0, self._whole_columns(frames)
         while True:
             first, last = max(int(frames[0]) - margin, 0), min(int(frames[-1]) + margin + 1, count)
-            if 2 * (last - first) > count or count <= _SHORT:
+            if 2 * (last - first) > count:
                 first, last = 0, count
             unit = torch.zeros(last - first, len(frames), self.shape[3], dtype=torch.float64, device=self.bands.device)
             unit[torch.as_tensor(frames - first), torch.arange(len(frames))] = 1.0
@@ -112,6 +115,18 @@ class NormalEquations:
             if all((np.abs(end) <= limit).all() for end in ends):
                 return first, columns
             margin *= 2
+
+    def _whole_columns(self, frames: np.ndarray) -> np.ndarray:
+        """Return columns (T, len, D) of the inverse, those that were asked for before out of memory."""
+        fresh = [int(frame) for frame in frames if int(frame) not in self._known]
+        if fresh:
+            unit = self.bands.new_zeros(self.shape[1] + 2 * (len(self.bands) - 1), len(fresh), self.shape[3])
+            unit[torch.as_tensor(fresh) + len(self.bands) - 1, torch.arange(len(fresh))] = 1.0
+            columns = self.factor.solve(unit).cpu().numpy()
+            self._known |= {frame: columns[:, k] for k, frame in enumerate(fresh)}
+            if len(fresh) == len(frames):
+                return columns
+        return np.stack([self._known[int(frame)] for frame in frames], axis=1)
 
     def _cut(self, first: int, last: int) -> torch.Tensor:
         """Return the bands of the frames from ``first`` to before ``last``, as if there were no others."""

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from dnnvss.curves.constraints import Constraints, constrain
+from dnnvss.curves.constraints import Constraints, constrain, equations_of
 from dnnvss.curves.mlpg import mlpg
 from dnnvss.curves.passages import cut, in_passages, rewritten
 from dnnvss.curves.variance import articulate, dial, movement_of
@@ -152,8 +153,9 @@ def generate_in_passages(
         """The frames of a slice with what has to hold in them."""
         here = constraints.within(around) if constraints is not None else None
         variance = given(around)[1]
+        shared = cache(lambda: equations_of(variance, own.shape, windows))
         return _held(own, [rule.within(around) for rule in rules], here, reach,
-                     lambda rows: constrain(own, variance, Constraints.joined(rows), windows))
+                     lambda rows: constrain(own, variance, Constraints.joined(rows), windows, shared))
 
     return rewritten(x, held) if rules or wanted else x
 

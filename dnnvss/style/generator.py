@@ -1,7 +1,8 @@
 """How the commands generate trajectories: the style of a configuration, what the talker shows, an artist's keys."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from weakref import ref
 
 import numpy as np
 
@@ -13,11 +14,13 @@ from dnnvss.settings import setting
 from dnnvss.style import Style, Talker, coefficients
 from dnnvss.style.generation import Dials, generate_in_passages
 from dnnvss.style.keys import Key, key_constraints
-from dnnvss.systems import Example, VisualModel
+from dnnvss.systems import Example, Prediction, VisualModel
 from dnnvss.systems.examples import Task
 from dnnvss.timing import Tier
 
 PLAIN = Style()
+_LATELY = 4
+"""Predictions that are held."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +85,7 @@ class Generator:
     task: Task
     model: VisualModel
     talker: Talker
+    _lately: "list[tuple[ref[Example], Prediction]]" = field(default_factory=list, repr=False, compare=False)
 
     def __call__(self, example: Example, style: Style, keys: Sequence[Key] = (),
                  held: Mapping[str, Gauge] | None = None, tier: Tier | None = None) -> np.ndarray:
@@ -96,7 +100,7 @@ class Generator:
                 where None.
         """
         task, frames = self.task, len(example.codes)
-        predicted = self.model.predictor(example) if frames > LONG else self.model.predict(example).part
+        predicted = self.model.predictor(example) if frames > LONG else self._predicted(example).part
         phones = tier or example.alignment["phones"]
         if style.plain and not keys:
             return in_passages(frames, lambda around: np.asarray(mlpg(*predicted(around), task.windows)))
@@ -105,3 +109,13 @@ class Generator:
             constraints = key_constraints(keys, held or {}, task.clock, frames, phones)
         return generate_in_passages(predicted, frames, phones, task.clock, self.talker, style, task.windows,
                                     constraints)
+
+    def _predicted(self, example: Example) -> Prediction:
+        """The prediction of an example. That of the last few is at hand: who drags a key waits for the solve alone."""
+        held = [(known, prediction) for known, prediction in self._lately if known() is not None]
+        for known, prediction in held:
+            if known() is example:
+                return prediction
+        prediction = self.model.predict(example)
+        self._lately[:] = [*held[1 - _LATELY:], (ref(example), prediction)]
+        return prediction

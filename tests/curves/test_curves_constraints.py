@@ -1,12 +1,14 @@
 """Constraints: by hand, against a dense KKT solve, against a general optimiser's conditions, and what is refused."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from curves.curves_cases import dense_normal_matrix
 
 from dnnvss import DnnvssError
 from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2, mlpg
-from dnnvss.curves.constraints import Constraints, constrain, hold
+from dnnvss.curves.constraints import Constraints, constrain, equations_of, hold
 
 
 def problem(frames=40, columns=3, seed=0, windows=STATIC_DELTA_DELTA2):
@@ -20,6 +22,16 @@ def test_one_frame_by_hand():
     """Nearest point to (0, 0) with x + 2 y = 5, x four times as loose: x = 4 u, y = 2 u, 8 u = 5."""
     x = constrain(np.zeros((1, 2)), np.array([[4.0, 1.0]]), hold([0], np.array([1.0, 2.0]), value=5.0), STATIC)
     assert np.allclose(x, [[2.5, 1.25]], atol=1e-12)
+
+
+def test_solves_that_share_their_equations_give_the_same() -> None:
+    _, x0, variance = problem()
+    shared = cache(lambda: equations_of(variance, x0.shape, STATIC_DELTA_DELTA2))
+    rows = [hold([3, 9, 20], np.ones(3), value=1.0), hold([9, 21], np.array([0.0, 1.0, 0.0]), value=-1.0)]
+    for wanted in (rows[:1], rows):
+        joined = Constraints.joined(wanted)
+        alone = constrain(x0, variance, joined)
+        np.testing.assert_allclose(constrain(x0, variance, joined, equations=shared), alone, rtol=0, atol=1e-12)
 
 
 def test_a_range_pushes_only_as_far_as_its_bound():

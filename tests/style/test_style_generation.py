@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import make_example
 from face.face_cases import LinearFace, rig
 from scipy.ndimage import gaussian_filter1d
 
@@ -12,8 +13,10 @@ from dnnvss.curves import derivatives, mlpg, passages
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.face.lips import mouth_gauges
 from dnnvss.style.generation import Style, generate, generate_in_passages, speech_weight
+from dnnvss.style.generator import Generator
 from dnnvss.style.rules import silent_frames
 from dnnvss.style.talker import Talker, speech_variances
+from dnnvss.systems import Prediction
 from dnnvss.timing import FrameClock, Tier
 
 CLOCK = FrameClock(100)
@@ -265,3 +268,25 @@ def test_a_long_trajectory_is_made_in_passages_as_it_is_at_once(
         np.testing.assert_allclose(found, whole, atol=2e-6)
         assert max(s.stop - s.start for s in asked) == 850 and found.dtype == whole.dtype
     assert not np.allclose(whole, generate(long, variance, tier, CLOCK, own_talker))
+
+
+class Counting:
+    """A model that counts how often it is asked."""
+
+    asked = 0
+
+    def predict(self, example: object) -> Prediction:
+        self.asked += 1
+        return Prediction(np.full((4, 3, 1), self.asked, dtype=float), np.ones((3, 1)))
+
+
+def test_the_last_predictions_are_at_hand_for_who_drags_a_key() -> None:
+    model, rng = Counting(), np.random.default_rng(0)
+    generator = Generator(None, model, None)
+    examples = [make_example(str(k), rng) for k in range(6)]
+    first = generator._predicted(examples[0])
+    assert generator._predicted(examples[0]) is first and model.asked == 1
+    for example in examples[1:]:
+        generator._predicted(example)
+    assert generator._predicted(examples[5]).mean[0, 0, 0] == 6 and model.asked == 6
+    assert generator._predicted(examples[0]) is not first and len(generator._lately) == 4

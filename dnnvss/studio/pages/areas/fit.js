@@ -16,7 +16,7 @@ const short = value => Math.abs(value) >= 100 ? value.toFixed(0) : value.toPreci
 
 // Drawn as wide as there is room, so that its letters keep their size.
 function chart(curves, width) {
-  const points = Object.values(curves).flat(), svg = drawn('svg', {viewBox: `0 0 ${width} ${HEIGHT}`, class: 'chart', role: 'img', 'aria-label': told(curves)});
+  const points = Object.values(curves).flat(), svg = drawn('svg', {viewBox: `0 0 ${width} ${HEIGHT}`, width, height: HEIGHT, class: 'chart', role: 'img', 'aria-label': told(curves)});
   const far = Math.max(1, ...points.map(([epoch]) => epoch)), values = points.map(([, value]) => value);
   const low = Math.min(...values), high = Math.max(...values), span = high - low || 1;
   const x = epoch => LEFT + (width - LEFT - RIGHT) * epoch / far, y = value => TOP + (HEIGHT - TOP - BOTTOM) * (high - value) / span;

@@ -211,12 +211,24 @@ const timeline = new Timeline($('timeline'), {
   },
 });
 
+// The edge between two phones that is nearest to the playhead; 0 where there is none.
+function nearestEdge() {
+  const starts = (state.take.tiers.phones || []).map(([start]) => start).slice(1);
+  return 1 + starts.reduce((best, start, k) => best < 0 || Math.abs(start - player.time) < Math.abs(starts[best] - player.time) ? k : best, -1);
+}
+
+$('timeline').addEventListener('keyup', event => { if (event.key === 'Shift' && state.edged) { state.edged = false; guarded(speak)(false); } });
 $('timeline').addEventListener('keydown', event => {
   const take = state.take, name = $('curve').value;
   if (!take) return;
   const step = {ArrowLeft: -1, ArrowRight: 1}[event.key], turn = {ArrowUp: 1, ArrowDown: -1}[event.key];
   if (event.key !== ' ') player.pause();
-  if (step) player.seek((player.frame(take.frames) + step + 0.5) / take.rate);
+  if (step && event.shiftKey) {
+    const edge = nearestEdge();
+    if (!edge) return;
+    if (!state.edged) remember();
+    timeline.asked.edged(edge, take.tiers.phones[edge][0] + 0.01 * step);
+  } else if (step) player.seek((player.frame(take.frames) + step + 0.5) / take.rate);
   else if (turn) {
     const near = state.keys.find(key => key.name === name && Math.abs(key.time - player.time) < 0.5 / take.rate);
     const [low, high] = timeline.scale, value = near ? near.low : take.curves[name].values[player.frame(take.frames)];
