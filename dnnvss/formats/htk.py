@@ -122,8 +122,8 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
             segment = Tier("phones", [(start, end, fields[2])])[0]
             read(segment.label)
         except (ValueError, IndexError) as error:
-            raise DnnvssError(f"line {place}: {line.strip()!r} is not START END PHONE", file=path, utterance=utterance,
-                              remedy=_REMEDY) from error
+            raise DnnvssError(f"line {place}: {line.strip()[:80]!r} is not START END PHONE", file=path,
+                              utterance=utterance, remedy=_REMEDY) from error
         except DnnvssError as error:
             raise DnnvssError(f"line {place}: {error.problem}", file=path, utterance=utterance,
                               remedy=error.remedy) from error

@@ -15,7 +15,7 @@ from dnnvss import files
 from dnnvss.commands.viewing import read_design
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.analysis import analyse
-from dnnvss.evaluation.viewing.answers import MOST, Answer, Received, Row, receive
+from dnnvss.evaluation.viewing.answers import MOST, Answer, Received, Row, answer_files, receive
 from dnnvss.evaluation.viewing.design import Condition, conditions_of
 from dnnvss.evaluation.viewing.judgements import judgements, told
 from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
@@ -167,6 +167,18 @@ def test_damaged_answers_are_refused_by_name() -> None:
     assert received.refused == {"b": "is a copy of a", "later": "is by the viewer of a, later"}
     with pytest.raises(DnnvssError, match="no answer counts"):
         analyse(sheet, Received({}, {"x": "is bad"}))
+
+
+@pytest.mark.parametrize("name, encoding", [
+    ("a.json", "utf-8-sig"), ("b.JSON", "utf-16"), ("c.json.txt", "utf-8"), ("d (1).json", "utf-16-be"),
+    ("e.txt", "utf-8")])
+def test_answers_that_went_through_mail_and_editors_are_taken(tmp_path: Path, name: str, encoding: str) -> None:
+    sheet = sheet_of(design("preference"))
+    text = json.dumps(plain(simulated(sheet, 1, QUALITY)), indent=1).replace("\n", "\r\n")
+    (tmp_path / name).write_bytes(text.encode(encoding))
+    (tmp_path / "readme.txt").write_text("three viewers")
+    received = receive(sheet, answer_files(tmp_path))
+    assert list(received.answers) == [name] and "is no JSON" in received.refused["readme.txt"]
 
 
 def test_no_script_of_an_answer_runs_in_the_page() -> None:

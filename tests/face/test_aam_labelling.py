@@ -209,6 +209,7 @@ TWICE = [(name, (2 * np.array(points)).tolist()) for name, points in SINGLE]
 
 @pytest.mark.parametrize("value", [
     named_coco(MOVED, [4, 5, 0, 2, 1, 3], NAMES), named_coco(MOVED, [0, 1, 2, 3, 4, 5], list("123456")),
+    named_coco(MOVED, [4, 5, 0, 2, 1, 3], list("123456")), named_coco(MOVED, [1, 0, 5, 4, 3, 2], list("012345")),
     named_coco(2 * MOVED, [5, 0, 1, 2, 3, 4], NAMES, width=192, height=160),
     {**labelme(SINGLE), "shapes": [BOX, *labelme(SINGLE)["shapes"]]}, {**labelme(SINGLE), "imagePath": "a_1.jpg"},
     {**labelme(TWICE), "imageWidth": 192, "imageHeight": 160}])

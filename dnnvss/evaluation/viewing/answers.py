@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.sheet import Sheet, Stimulus, Trial
 from dnnvss.records import as_record
@@ -173,11 +174,16 @@ def read_text(sheet: Sheet, data: bytes, name: str, by_id: dict[str, Stimulus] |
     if len(data) > MOST:
         raise DnnvssError(f"is longer than {MOST} bytes", file=name, remedy=_REMEDY)
     try:
-        return check_answer(sheet, json.loads(data.decode("utf-8-sig"), parse_constant=_no_number), name, by_id)
+        return check_answer(sheet, json.loads(_text(data), parse_constant=_no_number), name, by_id)
     except RecursionError:
         raise DnnvssError("is nested too deeply", file=name, remedy=_REMEDY) from None
     except ValueError as error:
         raise DnnvssError(f"is no JSON, or cut off ({error})", file=name, remedy=_REMEDY) from error
+
+
+def _text(data: bytes) -> str:
+    """The text in bytes, as whatever editor they went through stored it."""
+    return data.decode(files.text_encoding(data)).removeprefix("\ufeff")
 
 
 def _no_number(name: str) -> Any:
@@ -212,14 +218,17 @@ def receive(sheet: Sheet, sent: Iterable[tuple[str, bytes]]) -> Received:
 
 
 def answer_files(folder: Path) -> Iterator[tuple[str, bytes]]:
-    """Names and bytes of the ``.json`` files of a folder, of a file that is too long a byte more than is taken.
+    """Names and bytes of the answers in a folder, of a file that is too long a byte more than is taken.
+
+    They are the ``.json`` files; mail programs make ``.json.txt`` of it, or ``.txt``.
 
     Raises:
         DnnvssError: there is no such folder.
     """
     if not folder.is_dir():
         raise DnnvssError("no such folder", file=folder, remedy="Name the folder in which the answers lie")
-    found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".json" and not p.name.startswith("."))
+    found = sorted(p for p in folder.iterdir() if not p.name.startswith(".")
+                   and (".json" in p.name.lower() or p.suffix.lower() == ".txt"))
     return ((path.name, _bytes(path)) for path in found)
 
 

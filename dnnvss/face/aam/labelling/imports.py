@@ -23,7 +23,7 @@ def read_tool(path: Path, sheet: Sheet) -> Found:
       in all), or a group's name for points that follow each other in the group's order; a polygon or line of a
       group's name gives the group's points. Boxes, circles and masks are passed over.
     - COCO: ``keypoints`` of an annotation (x, y, visibility), by the names that their category gives them; in the
-      order of the scheme where it gives none, or numbers. One annotation a picture.
+      order of the scheme where it gives none; numbers count from 0 or 1. One annotation a picture.
     - VIA (1 and 2): regions of the shape point, in their order, or a polyline or polygon named by its attribute.
 
     Points on a picture of another size than the sheet's are scaled.
@@ -163,13 +163,16 @@ def _coco(value: Mapping[str, Any], sheet: Sheet, path: Path) -> Found:
 
 def _ordered(points: np.ndarray, named: Any, sheet: Sheet, path: Path, picture: str) -> np.ndarray:
     """Points (P, 2) in the order of the scheme, by the names that a category gives them."""
-    if not named or all(_is_number(str(name)) for name in named):
+    if not named:
         return points
     if len(named) != len(points):
         raise DnnvssError(f"picture {picture}: {len(points)} keypoints, and their category names {len(named)}",
                           file=path, remedy=_REMEDY)
-    return _named([(str(name), [point]) for name, point in zip(named, points.tolist(), strict=True)], sheet, path,
-                  picture)
+    names = [str(name) for name in named]
+    if all(map(_is_number, names)):
+        first = min(map(int, names))
+        names = [str(int(name) - first) for name in names] if first in (0, 1) else names
+    return _named([(name, [point]) for name, point in zip(names, points.tolist(), strict=True)], sheet, path, picture)
 
 
 def _via(regions: Any) -> list[tuple[str, list[list[float]]]]:
