@@ -78,7 +78,7 @@ class Service:
         ticks = 0
         for pid in (self.process.pid, *self.workers):
             words = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-            ticks += int(words[11]) + int(words[12])
+            ticks += sum(int(word) for word in words[11:15])  # its own, and of engines that have ended
         return ticks / os.sysconf("SC_CLK_TCK")
 
     @property

@@ -261,18 +261,12 @@ class Pool:
             await asyncio.sleep(pause)
 
     async def _one(self) -> None:
-        """Have one worker until it ends."""
-        cores = (
-            len(os.sched_getaffinity(0))
-            if hasattr(os, "sched_getaffinity")
-            else os.cpu_count() or 1
-        )
-        threads = str(max(1, cores // self.limits.workers))
+        """Have one worker until it ends; it keeps one processor busy, and no threads that wait for each other."""
         process = await asyncio.create_subprocess_exec(
             *self._command,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
-            env={"OMP_NUM_THREADS": threads, **os.environ},
+            env={"OMP_NUM_THREADS": "1", **os.environ},
         )
         self._number += 1
         worker = _Worker(self._number, process)
