@@ -96,7 +96,7 @@ def _token(host: str) -> tuple[str | None, bool]:
     """
     if host == "127.0.0.1":
         return None, False
-    if not (given := os.environ.get(_TOKEN, "")):
+    if not (given := os.environ.pop(_TOKEN, "")):  # what this one starts need not know it
         return token_urlsafe(18), True
     if len(given) < _SHORTEST or not given.isascii():
         raise DnnvssError(f"the token in {_TOKEN} is shorter than {_SHORTEST} letters, or not plain ASCII",

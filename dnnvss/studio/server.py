@@ -252,7 +252,10 @@ class Server:
         """Read one message and send what the handler makes of it until it ends or the client leaves."""
         socket = web.WebSocketResponse(max_msg_size=self.limits.body, heartbeat=self.limits.headers,
                                        receive_timeout=self.limits.sending)
-        await socket.prepare(request)
+        try:
+            await socket.prepare(request)
+        except web.HTTPException:  # the library's words would repeat what was sent
+            raise _Refused(400, "this is no handshake of a WebSocket", close=True) from None
         request[_ROUTE] = route.path
         try:
             asked = Asked(body=read_body((await socket.receive_str()).encode()))

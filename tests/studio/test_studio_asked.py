@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from dnnvss.commands.studio import _token
 from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
 from dnnvss.studio.page import Seen
@@ -59,6 +60,17 @@ def test_what_is_brought_and_cannot_be_read_is_told_in_words(tmp_path: Path) -> 
         uploads.alignment("a.exe", b"")
     with pytest.raises(DnnvssError, match="not kept"):
         uploads.path("nothing")
+
+
+def test_a_token_is_given_or_made_and_none_is_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DNNVSS_TOKEN", "sixteen-letters!")
+    assert _token("0.0.0.0") == ("sixteen-letters!", False)
+    made, new = _token("0.0.0.0")
+    assert new and made is not None and len(made) >= 16
+    assert _token("127.0.0.1") == (None, False)
+    monkeypatch.setenv("DNNVSS_TOKEN", "short")
+    with pytest.raises(DnnvssError, match="shorter than 16"):
+        _token("0.0.0.0")
 
 
 def test_old_takes_are_forgotten_with_their_files(tmp_path: Path) -> None:
