@@ -13,7 +13,7 @@ from dnnvss.speech.engines.choice import ENGINES
 from dnnvss.style.generator import StyleSettings
 from dnnvss.synthesis.footage import footage_files
 from dnnvss.synthesis.outputs import SOUND, beside
-from dnnvss.synthesis.request import FILLS
+from dnnvss.synthesis.request import CORPUS, FILLS
 from dnnvss.timing import FrameClock
 
 _INPUTS = ("wav", "alignment", "import_keys", "import_curves", "overrides")
@@ -29,8 +29,9 @@ _MOST_FRAMES = 1000
 class SpeechSettings:
     """Who speaks."""
 
-    engine: str = setting("auto", choices=("auto", *ENGINES, "none"),
-                          doc="festival, flite, espeak, formant, auto for the best that can, or none")
+    engine: str = setting("auto", choices=("auto", *ENGINES, CORPUS, "none"),
+                          doc="festival, flite, espeak, formant, auto for the best that can, corpus for "
+                          "recordings of fragments, or none")
     voice: str | None = setting(None, doc="one of the engine's voices")
 
 

@@ -20,6 +20,7 @@ from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
     from dnnvss.speech.durations import Expected
+    from dnnvss.systems.fragments import Fragment
     from dnnvss.text.sentence import Sentence
 
 RECORDED = "the given recording"
@@ -37,6 +38,7 @@ class Plan:
         engine: whose voice it is; None where nothing is to be heard.
         pronunciation: a row for each word, where the words were looked up for their times.
         scores: how sure the aligner is of each word, where it was asked.
+        fragments: whose recordings are heard, where the sound is the corpus's own.
     """
 
     text: str
@@ -45,6 +47,7 @@ class Plan:
     engine: str | None = None
     pronunciation: tuple[Mapping[str, str], ...] = ()
     scores: tuple[float, ...] = ()
+    fragments: "tuple[Fragment, ...]" = ()
 
     @property
     def phones(self) -> Tier | None:
@@ -210,7 +213,7 @@ def spoken(plan: Plan, request: SpeakRequest, sentence: Callable[[], "Sentence"]
         request: names the engine.
         sentence: gives the words, which only an engine needs.
     """
-    if request.engine == "none":
+    if request.engine == "none" or request.by_recordings:
         return plan
     from dnnvss.speech.engines import find_engine, with_silences
 

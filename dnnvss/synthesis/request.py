@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 VIEWS = ("face", "head", "patch", "mesh", "reference")
 FILLS = ("pingpong", "hold")
+CORPUS = "corpus"
+"""Stands for an engine: the recordings of the fragments whose movement is played are heard."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class SpeakRequest:
         speed: against the talker's; 2 is twice as fast.
         total: seconds of speech wanted in all.
         lead_in, lead_out: seconds of silence before the first and after the last word.
-        engine: what speaks: a name, ``auto`` or ``none``.
+        engine: what speaks: a name, ``auto``, :data:`CORPUS` or ``none``.
         engine_voice: which of the engine's voices.
         style: of the movement.
         keys: an artist's, to be held.
@@ -119,3 +121,8 @@ class SpeakRequest:
     def timed(self) -> bool:
         """Whether times are set that an engine has to keep to."""
         return self.alignment is not None or bool(self.total) or self.speed != 1 or self.durations == "model"
+
+    @property
+    def by_recordings(self) -> bool:
+        """Whether the corpus's own recordings are to be heard."""
+        return self.engine == CORPUS and self.recording is None

@@ -19,10 +19,12 @@ from dnnvss.style import Key, sample_keys
 from dnnvss.style.generator import all_gauges
 from dnnvss.style.plain import plain_gauges
 from dnnvss.synthesis.plan import Plan, make_plan
+from dnnvss.synthesis.recorded import check_recordings, with_recordings
 from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, unfamiliar, word_risks
 from dnnvss.synthesis.stage import Stage, open_stage
 from dnnvss.systems import Example
+from dnnvss.systems.fragments import Fragments
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.visemes import TIER
 
@@ -180,14 +182,25 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
     Raises:
         DnnvssError: a request that cannot be met; the message says why.
     """
+    if request.by_recordings:
+        check_recordings(run, request)
     plan = make_plan(run, request)
-    alignment, stand_ins = plan.alignment, dict[str, str]()
-    if plan.phones:
-        alignment, stand_ins = replace_unseen(alignment, run.voice.phones, run.voice.pauses)
-    example = run.example(Utterance(request.id, plan.text, alignment), plan.sound.heard if plan.sound else None)
+    example, stand_ins = _seen(run, request, plan)
+    if request.by_recordings:
+        plan = with_recordings(run, plan, example)
+        example, stand_ins = _seen(run, request, plan)
     if run.units:
         plan = replace(plan, alignment=plan.alignment.with_tier(example.alignment[TIER]))
     return _moved(run, request, plan, example, stand_ins)
+
+
+def _seen(run: Run, request: SpeakRequest, plan: Plan) -> tuple[Example, dict[str, str]]:
+    """The utterance as the system sees it, and the phones that others stand in for."""
+    alignment, stand_ins = plan.alignment, dict[str, str]()
+    if plan.phones:
+        alignment, stand_ins = replace_unseen(alignment, run.voice.phones, run.voice.pauses)
+    sound = plan.sound.heard if plan.sound else None
+    return run.example(Utterance(request.id, plan.text, alignment), sound), stand_ins
 
 
 def speak_again(spoken: Spoken, request: SpeakRequest) -> Spoken:
@@ -205,9 +218,12 @@ def speak_again(spoken: Spoken, request: SpeakRequest) -> Spoken:
 
 def _moved(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_ins: Mapping[str, str]) -> Spoken:
     style = request.style if plan.phones else replace(request.style, closures=False, contacts=False, rest=False)
-    movement = run.generator(example, style, request.keys, key_gauges(run), plan.tier)
+    generator = run.generator
+    if plan.fragments and isinstance(run.model, Fragments):
+        generator = replace(generator, model=run.model.playing(plan.fragments))
+    movement = generator(example, style, request.keys, key_gauges(run), plan.tier)
     return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, request, plan, example, stand_ins),
-                  run.model.report(example))
+                  generator.model.report(example))
 
 
 def _risks(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_ins: Mapping[str, str]

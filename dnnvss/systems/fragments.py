@@ -1,7 +1,8 @@
 """Fragments of recorded movement of many lengths, joined: sentences, words, syllables and diphones."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,11 @@ class Fragment:
     places: tuple[int, ...]
     sentences: tuple[str, ...]
 
+    @property
+    def best(self) -> "Fragment":
+        """The same of its best place alone."""
+        return replace(self, places=self.places[:1], sentences=self.sentences[:1])
+
     def described(self, codes: np.ndarray) -> dict[str, Any]:
         """The fragment of a sentence of phones (S,) as plain containers."""
         phones = [PHONES[c] for c in codes[self.unit.first : self.unit.last + 1]]
@@ -115,6 +121,7 @@ class Fragments(VisualModel):
     looks_up = frozenset({"phones"})
     Settings = FragmentSettings
     settings: FragmentSettings
+    _held: tuple[Fragment, ...] = ()
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Keep the training trajectories and measure how alike phones look; ``val`` tells the stretch.
@@ -163,7 +170,9 @@ class Fragments(VisualModel):
 
     def fragments(self, example: Example) -> list[Fragment]:
         """What each unit of a sentence is made of."""
-        codes, frames = _spoken(example)
+        if self._held:
+            return list(self._held)
+        codes, frames = spoken_phones(example)
         recorded = self.corpus_.recorded
         own = (
             -1
@@ -182,14 +191,20 @@ class Fragments(VisualModel):
             )
         return out
 
+    def playing(self, fragments: Sequence[Fragment]) -> "Fragments":
+        """The same system, which plays these fragments whatever is asked for, as they were recorded."""
+        made = copy(self)
+        made._held, made.stretch_ = tuple(fragments), np.ones_like(self.stretch_)
+        return made
+
     def report(self, example: Example) -> dict[str, Any]:
         """The unit, the phones and the sentences of each fragment, and what was backed off to."""
-        codes, _ = _spoken(example)
+        codes, _ = spoken_phones(example)
         return {"fragments": [fragment.described(codes) for fragment in self.fragments(example)]}
 
     def joined(self, example: Example, fragments: Sequence[Fragment]) -> np.ndarray:
         """The blended trajectory (T, D) of fragments."""
-        _, frames = _spoken(example)
+        _, frames = spoken_phones(example)
         edges = np.append(0, np.cumsum(frames)).astype(float)
         middles = (edges[:-1] + edges[1:]) / 2
         joints = np.array([f.unit.last for f in fragments[:-1]], dtype=int)
@@ -290,8 +305,8 @@ class Fragments(VisualModel):
         self._sides = neighbours(corpus.recorded.code, corpus.recorded.owner, 1)
 
 
-def _spoken(example: Example) -> tuple[np.ndarray, np.ndarray]:
-    """Codes (S,) and frames (S,) of the phones that own a frame."""
+def spoken_phones(example: Example, every: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Codes (S,) and frames (S,) of the phones that own a frame, or of every phone."""
     phones = phones_of(example.codes)
-    kept = phones.frames > 0
+    kept = phones.frames >= (0 if every else 1)
     return phones.code[kept], phones.frames[kept]

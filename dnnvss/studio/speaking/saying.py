@@ -11,7 +11,7 @@ from dnnvss.speech.engines.choice import ENGINES
 from dnnvss.style import Key, Style
 from dnnvss.style.generation import Dials
 from dnnvss.style.generator import StyleSettings, make_style
-from dnnvss.synthesis.request import Recording, Scene, SpeakRequest
+from dnnvss.synthesis.request import CORPUS, Recording, Scene, SpeakRequest
 from dnnvss.timing import Alignment, FrameClock
 
 LONGEST_TEXT = 20_000
@@ -79,7 +79,7 @@ class Saying(Change):
     sound: str | None = setting(None, doc="a recording of the words, from POST /v1/sounds")
     alignment: Mapping[str, Any] | None = setting(None, doc="phone times: tier to edges in seconds and labels")
     pronunciations: Mapping[str, str] = setting({}, doc="word to phones, where the dictionary is wrong")
-    engine: str = setting("auto", choices=("auto", *ENGINES, "none"), doc="whose voice; none for a silent face")
+    engine: str = setting("auto", choices=("auto", *ENGINES, CORPUS, "none"), doc="whose voice; none for a silent face")
     speed: float = setting(1.0, least=0.2, most=5, doc="against the talker's")
     rate: str | None = setting(None, doc="pictures a second; the corpus's own where null")
     view: str = setting("face", doc="face, patch or mesh")
