@@ -3,6 +3,7 @@
 import asyncio
 import math
 import os
+import signal
 import time
 from collections import Counter, defaultdict
 from collections.abc import AsyncIterator, Mapping, Sequence
@@ -81,8 +82,9 @@ class _Worker:
 
     def end(self) -> None:
         """End the process, whatever it does."""
-        with suppress(ProcessLookupError):
-            self.process.kill()
+        if self.process.returncode is None:
+            with suppress(ProcessLookupError):  # its own kill() would take its status from who waits for it
+                os.kill(self.process.pid, signal.SIGKILL)
 
 
 @dataclass(eq=False)

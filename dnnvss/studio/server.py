@@ -254,7 +254,7 @@ class Server:
                                        receive_timeout=self.limits.sending)
         try:
             await socket.prepare(request)
-        except web.HTTPException:  # the library's words would repeat what was sent
+        except (web.HTTPException, ValueError):  # the library's words would repeat what was sent
             raise _Refused(400, "this is no handshake of a WebSocket", close=True) from None
         request[_ROUTE] = route.path
         try:
