@@ -1,10 +1,10 @@
 """How the studio's page keeps sound and picture together, and how soon it answers a hand.
 
-``python benchmarks/studio_page.py RUNS [--plays 5] [--moves 40]``: a real browser (chromium) opens
-the page, plays ten words some times and drags the curve. In step: whenever the page draws a
-picture, the sound that the audio device puts out at that moment (``getOutputTimestamp``, which the
+``python benchmarks/studio_page.py RUNS [--workers 1] [--plays 5] [--moves 40]``: a real browser
+(chromium) opens the page, plays ten words some times and drags the curve. In step: whenever the
+page draws a picture, the sound that the audio device puts out at that moment (``getOutputTimestamp``, which the
 page's own clock does not use) less the middle of the time that the picture stands for. Answer: from
-the event of the pointer to the first picture of the changed speech, moves half a second apart.
+the event of the pointer to the first picture of the changed speech; each move waits for that one.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from studio import TEN, Service
+from studio import TEN, Service, serving
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from browser import Browser, open_browser
@@ -114,7 +114,8 @@ def answers(browser: Browser, moves: int) -> np.ndarray:
     browser.ask("(() => { moved = []; first = []; })()")
     for k in range(moves):
         mouse("mouseMoved", top + (0.5 + 0.3 * (k % 7) / 7) * height, 1)
-        time.sleep(0.5)
+        browser.wait("first.length === moved.length", 60)
+        time.sleep(0.3)
     mouse("mouseReleased", top + 0.6 * height, 0)
     moved, first = browser.ask("moved"), browser.ask("first")
     return np.array([b - a for a, b in zip(moved, first, strict=False)])
@@ -131,18 +132,16 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("runs", type=Path)
+    parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--plays", type=int, default=5)
     parser.add_argument("--moves", type=int, default=40)
     options = parser.parse_args()
-    service = Service(options.runs)
-    try:
-        with tempfile.TemporaryDirectory() as folder, open_browser(Path(folder) / "profile") as browser:
-            take = opened(browser, service)
-            print(told("sound ahead of the picture", in_step(browser, service, take, options.plays), STEP))
-            print(told("a dragged key", answers(browser, options.moves), ANSWER))
-    finally:
-        service.process.terminate()
-        service.process.wait()
+    with serving(options.runs, options.workers) as (service, _), \
+            tempfile.TemporaryDirectory() as folder, \
+            open_browser(Path(folder) / "profile") as browser:
+        take = opened(browser, service)
+        print(told("sound ahead of the picture", in_step(browser, service, take, options.plays), STEP), flush=True)
+        print(told("a dragged key", answers(browser, options.moves), ANSWER))
 
 
 if __name__ == "__main__":
