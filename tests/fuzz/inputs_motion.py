@@ -1,7 +1,9 @@
 """What motion capture, animators, recognisers and judges bring: a right file of each kind, and what reads it."""
 
+import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,20 +14,30 @@ from formats.test_formats_motion import c3d, markers
 from formats.test_formats_timed_text import RECOGNISED, SRT, VTT
 from viewing_cases import design, plain, sheet_of, simulated
 
+from data_prep.session import _session_in
 from dnnvss import files
 from dnnvss.evaluation.outside.judged import MEASURES, ROWS, Judged
 from dnnvss.evaluation.viewing.analysis import analyse
 from dnnvss.evaluation.viewing.answers import answer_files, receive
 from dnnvss.evaluation.viewing.report import html_page, markdown
+from dnnvss.evaluation.viewing.run_scores import Seen, SeenBy, read_scores
 from dnnvss.evaluation.viewing.sheet import Sheet
+from dnnvss.export.take import Take, write_take
+from dnnvss.export.take_read import read_take
 from dnnvss.face.kinds import face_kind, load_face
+from dnnvss.face.mesh import packaged_head
 from dnnvss.face.mesh.gltf_read import read_gltf
 from dnnvss.face.mesh.gltf_write import write_glb
+from dnnvss.face.mesh.net import packaged_net
 from dnnvss.face.mesh.obj import read_obj
+from dnnvss.face.mesh.other import read_points
+from dnnvss.face.mesh.transfer import find_points
 from dnnvss.face.rig.code import RigCode
 from dnnvss.face.rig.settings import RigSettings
 from dnnvss.formats import Curves, in_order, read_curves, read_markers, read_timed_text, write_curves, write_trc
+from dnnvss.runs.files import RunFiles
 from dnnvss.studio.viewing import ViewingDesk
+from dnnvss.timing import FrameClock
 
 Reader = tuple[Path, Callable[[Path], Any]]
 
@@ -33,7 +45,8 @@ Reader = tuple[Path, Callable[[Path], Any]]
 def motion(folder: Path) -> dict[str, Reader]:
     """Every kind by name."""
     return {**_tracked(folder / "motion"), **_meshes(folder / "meshes"), **_said(folder / "said"),
-            **_rig(folder / "rig"), **_judged(folder / "judged"), **_viewed(folder / "viewed")}
+            **_taken(folder / "taken"), **_rig(folder / "rig"), **_judged(folder / "judged"),
+            **_viewed(folder / "viewed")}
 
 
 def _tracked(folder: Path) -> dict[str, Reader]:
@@ -69,6 +82,27 @@ def _meshes(folder: Path) -> dict[str, Reader]:
         "glb": (glb, read_gltf),
         "gltf": (files.write_json(folder / "small.gltf", document), read_gltf),
         "gltf bytes": (folder / "small.bin", lambda _: read_gltf(folder / "small.gltf")),
+    }
+
+
+def _taken(folder: Path) -> dict[str, Reader]:
+    """A take as we write it, points of a head by name, a session of the built-in talker, viewers' scores of a run."""
+    folder.mkdir()
+    head, net = packaged_head(), packaged_net()
+    named = {name: int(v) if k % 2 else head.mesh.vertices[v].tolist()
+             for k, (name, v) in enumerate(zip(net.names[:12], net.vertices[:12], strict=True))}
+    take = Take({"jawOpen": np.linspace(0, 1, 9), "mouthClose": np.zeros(9)}, FrameClock(30))
+    session = {"version": 2, "form": "curves", "sentences": 3, "held_out": 1, "seed": 0, "whole": True}
+    seen = SeenBy((Seen("a", "which?", "score", 3, digest=hashlib.sha256(b"learnt").hexdigest()[:16]),), ("b",))
+    files.write_text(RunFiles(folder / "run").model, "learnt")
+    return {
+        "take json": (write_take(folder / "take.json", take), read_take),
+        "head points": (files.write_json(folder / "points.json", named),
+                        lambda path: find_points(head.mesh, read_points(path, head.mesh))),
+        "session json": (files.write_json(folder / "session/session.json", session),
+                         lambda path: _session_in(path.parent)),
+        "run scores": (files.write_json(RunFiles(folder / "run").viewing, asdict(seen)),
+                       lambda path: read_scores(path.parent)),
     }
 
 
