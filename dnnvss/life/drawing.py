@@ -48,7 +48,7 @@ class Moves:
             frames: how many of it.
         """
         own, wanted = source.centres(len(self.eyes)), target.centres(frames)
-        eyes, head = (np.stack([np.interp(wanted, own, column) for column in track.T], axis=1)
+        eyes, head = (np.stack([np.interp(wanted, own, column).astype(np.float32) for column in track.T], axis=1)
                       for track in (self.eyes, self.head))
         return Moves(eyes, head, self.blinks * float(target.rate / source.rate))
 
@@ -73,14 +73,15 @@ def draw_moves(life: Life, context: np.ndarray, seed: int, text: str = "", share
     """
     frames, tracks = len(context), life.tracks
     stretches, blinks = (np.random.default_rng([seed, crc32(text.encode()), part]) for part in range(2))
-    eyes, head = np.zeros((frames, 1 + tracks.eyes.shape[1])), np.zeros((frames, 4))
+    eyes, head = (np.zeros((frames, n), np.float32) for n in (1 + tracks.eyes.shape[1], 4))
     for start, at in _stretches(tracks, context, stretches):
         length = min(_left(tracks, at), frames - start)
         weight = (np.ones(length) if start == 0 else _ramp(length, _JOIN * tracks.rate))[:, None]
         here, there = slice(start, start + length), slice(at, at + length)
         eyes[here] += weight * (tracks.awake[there] - eyes[here])
         head[here] += weight * (_continued(tracks, there, head[start] if start else None) - head[here])
-    eyes, head = share * eyes, share * head
+    eyes *= share
+    head *= share
     begun = life.rates.draw(context, tracks.rate, blinks, share) if tracks.recorded else np.array([], int)
     for frame in begun:
         _blink(eyes, tracks, int(frame), blinks)
