@@ -1,5 +1,6 @@
 """The painter and the renderer on a toy talker whose pictures are known."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -11,6 +12,7 @@ from face.face_cases import rig
 from dnnvss.errors import DnnvssError
 from dnnvss.face import clips as clips_module
 from dnnvss.face.aam import ActiveAppearanceModel, encode_clip, fit_aam, triangulate
+from dnnvss.face.aam.mesh import signed_area
 from dnnvss.face.aam.painter import Painter
 from dnnvss.face.encoding import encode_corpus
 from dnnvss.render import Neutral, Renderer, choose_neutral, plots, revoicer
@@ -101,6 +103,22 @@ def test_round_the_texture_lies_the_skin_below_a_closed_mouth(model: ActiveAppea
     mesh = np.zeros(patch.size, np.uint8)
     cv2.fillConvexPoly(mesh, cv2.convexHull(patch.place.round().astype(np.int32)), 1)
     assert (canvas[cv2.dilate(mesh, np.ones((5, 5), np.uint8)) > 0] > 150).all()
+
+
+def test_a_chin_that_moves_much_stays_within_the_ring(model: ActiveAppearanceModel) -> None:
+    lively = replace(model, deviations=3 * model.deviations)
+    patch, shape = Patch(lively), lively.mean_shape
+    chin = int(patch.width.argmax())
+    assert patch.width[chin] > patch.ring == Patch(replace(model, deviations=0 * model.deviations)).width.max()
+    way = shape[patch.edge[chin]] - shape[patch.edge].mean(axis=0)
+    outwards = lively.shape_modes[:, patch.edge[chin]] @ way / np.linalg.norm(way)
+    carried = lively.deviations**2 * outwards
+    moved = lively.points(5.5 * carried / np.sqrt(carried @ outwards))
+    at = patch.edge[chin]
+    touching = patch.triangles[patch.own :][(patch.triangles[patch.own :] == at).any(axis=1)]
+    reached = np.array(shape)
+    reached[at] = moved[at]
+    assert (signed_area(np.vstack([reached, patch.around(shape)]), touching) > 0).all()
 
 
 def test_pictures_drawn_together_are_those_drawn_alone() -> None:
