@@ -20,7 +20,7 @@ from urllib.parse import quote
 
 from fuzz.damage import damaged
 
-ANSWER = re.compile(rb"HTTP/1\.[01] (\d{3}) ")
+ANSWER = re.compile(rb"HTTP/\d\.\d (\d{3}) ")
 SCRIPT = "<script>alert(1)</script><img src=x onerror=alert(1)>\r\nSet-Cookie: a=b"
 """A text that would run where it is shown as a page, and a header where it is copied into a head."""
 NAMES = (

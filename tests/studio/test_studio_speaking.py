@@ -48,6 +48,13 @@ class Client:
             answer = connection.getresponse()
             return answer.status, answer.read()
 
+    def wait(self) -> None:
+        """Wait until a worker is there."""
+        until = time.monotonic() + 120
+        while self.ask("GET", "/v1/health")[0] != 200:
+            assert time.monotonic() < until, "no worker came"
+            time.sleep(0.1)
+
     def json(self, method: str, path: str, body: Any = None) -> Any:
         status, data = self.ask(method, path, body)
         assert status == 200, data
@@ -68,10 +75,7 @@ def client(runs: Path) -> Iterator[Client]:
     desk = SpeakingDesk(runs, styles(), PoolLimits(workers=2))
     with Server(desk.page()) as server:
         client = Client(server)
-        until = time.monotonic() + 120
-        while client.ask("GET", "/v1/health")[0] != 200:
-            assert time.monotonic() < until, "no worker came"
-            time.sleep(0.1)
+        client.wait()
         yield client
     desk.close()
 
@@ -227,7 +231,8 @@ def test_the_client_in_the_docs_is_as_short_as_it_says_and_works(client: Client,
                           capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert re.match(r"\d+ pictures at 30.0 a second", done.stdout)
-    assert video_info(tmp_path / "hello.mp4").has_audio
+    assert video_info(tmp_path / "speech.mp4").has_audio
+    assert (tmp_path / "livelink.csv").read_text().startswith("Timecode,BlendShapeCount,")
 
 
 def test_a_take_outlives_the_worker_that_said_it(client: Client, take: Any) -> None:
@@ -236,6 +241,8 @@ def test_a_take_outlives_the_worker_that_said_it(client: Client, take: Any) -> N
     changed = client.json("POST", f"/v1/takes/{take['id']}", {"articulation": 1.4})
     for pid in workers():
         os.kill(pid, signal.SIGKILL)
+    time.sleep(0.3)  # until the loss is noticed
+    client.wait()
     for path, before in asked.items():
         status, data = client.ask("GET", f"/v1/takes/{take['id']}{path}")
         assert status == 200 and data == before
