@@ -28,7 +28,8 @@ AAM_WORDS = r"\.(shape_modes|texture_modes|mean_shape|mean_texture|decode_shape|
 LAYOUT = r"(?<!frame)\.layout\b(?!\()"
 """Which landmarks are what in a corpus: the business of kinds of faces and of what draws them."""
 KNOW_LAYOUTS = {"dnnvss/render/sketch.py", "dnnvss/studio/labelling.py", "dnnvss/evaluation/outside/lips.py"}
-DRAWS_AAM = {f"dnnvss/render/{name}.py" for name in ("filmed", "footage", "neutral", "patch", "renderer", "views")}
+DRAWS_AAM = {f"dnnvss/render/{name}.py" for name in
+             ("filmed", "footage", "living", "neutral", "patch", "renderer", "views")}
 
 
 @pytest.fixture(scope="module")
