@@ -17,7 +17,9 @@ def write_curves(path: Path, curves: Mapping[str, np.ndarray], clock: FrameClock
         curves: name to values (F,), one a picture.
         clock: of the pictures.
     """
-    lines = [",".join(["frame", "seconds", *curves])]
-    for i, values in enumerate(zip(*curves.values(), strict=True)):
-        lines.append(",".join([str(i), f"{clock.seconds(i):.6f}", *(f"{value:.6g}" for value in values)]))
-    return files.write_text(path, "\n".join([*lines, ""]))
+    with files.replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(files.printable(",".join(["frame", "seconds", *curves])) + "\n")
+        for i, values in enumerate(zip(*curves.values(), strict=True)):
+            row = [str(i), f"{clock.seconds(i):.6f}", *(f"{value:.6g}" for value in values)]
+            file.write(",".join(row) + "\n")
+    return path
