@@ -145,7 +145,7 @@ def _one_face(column: Mapping[str, np.ndarray], points: np.ndarray) -> tuple[np.
     tall = {face: float(np.median(high[rows[face] & found])) for face in place}
     for face in sorted(place, key=lambda f: -float(high[rows[f]].sum())):
         apart = not set(column["frame"][rows[face]]) & set(column["frame"][chosen])
-        if face != best and best in place and apart and (
+        if face not in (best, -1) and best in place and apart and (
                 np.linalg.norm(place[face] - place[best]) < tall[best] and 0.5 < tall[face] / tall[best] < 2):
             chosen |= rows[face]
             count -= 1

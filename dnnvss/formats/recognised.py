@@ -33,7 +33,7 @@ def read_recognised(path: str | Path) -> tuple[Cue, ...]:
     for shape in SHAPES:
         try:
             found = list(shape(data))
-        except (KeyError, TypeError, IndexError, AttributeError, ValueError, StopIteration):
+        except (KeyError, TypeError, IndexError, AttributeError, ValueError, OverflowError):
             continue
         if found:
             return check_cues(tuple(_cue(row, path) for row in found if str(row[2]).strip()), path)

@@ -126,8 +126,8 @@ def _textgrid(data: Any) -> Iterator[Row]:
     """The tier of words of a TextGrid as JSON, by name or in a list."""
     tiers = data["tiers"]
     named = tiers.items() if isinstance(tiers, dict) else ((t["name"], t) for t in tiers)
-    words = next(tier for name, tier in named if re.search(r"\bwords?$", name, re.IGNORECASE))
-    yield from ((start, end, word, 1.0) for start, end, word in words["entries"])
+    words = [tier for name, tier in named if re.search(r"\bwords?$", name, re.IGNORECASE)]
+    yield from ((start, end, word, 1.0) for start, end, word in words[0]["entries"])
 
 
 def _assembly(data: Any) -> Iterator[Row]:
@@ -144,7 +144,7 @@ def _plain(data: Any) -> Iterator[Row]:
 
 
 def _first(row: dict[str, Any], names: tuple[str, ...]) -> Any:
-    return row[next(name for name in names if name in row)]
+    return row[next((name for name in names if name in row), names[0])]
 
 
 SHAPES: tuple[Callable[[Any], Iterator[Row]], ...] = (
