@@ -34,8 +34,7 @@ def agreement(text: str, words: Iterable[str], variant: str = "en_us") -> Agreem
         variant: of English.
     """
     labels = [w for w in words if w.strip() and w.strip().lower() not in _UNKNOWN]
-    said = [word.replace("'", "") for word, _ in spoken_words(" ".join(labels), variant)]
-    wanted = [word.replace("'", "") for word, _ in spoken_words(text, variant)]
+    said, wanted = (_bare(words, variant) for words in (" ".join(labels), text))
     if not said or "".join(said) == "".join(wanted):
         return Agreement(1.0)
     matcher = SequenceMatcher(None, wanted, said, autojunk=False)
@@ -43,3 +42,9 @@ def agreement(text: str, words: Iterable[str], variant: str = "en_us") -> Agreem
     common = sum(block.size for block in matcher.get_matching_blocks())
     share = common / max(len(wanted), len(said))
     return Agreement(share, " ".join(wanted[first[0]: first[1]]), " ".join(said[first[2]: first[3]]))
+
+
+def _bare(text: str, variant: str) -> list[str]:
+    """The words that are spoken, those of a compound one by one, without apostrophes."""
+    spoken = [word.replace("'", "") for word, _ in spoken_words(text, variant)]
+    return [part for word in spoken for part in word.split("-") if part]

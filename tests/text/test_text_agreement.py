@@ -8,7 +8,8 @@ from dnnvss.text.agreement import OTHER, agreement
 @pytest.mark.parametrize("text, words", [
     ("At noon, the child fixed this chair.", "at noon the child fixed this chair"),
     ("It's 25 degrees!", "it's twenty five degrees"), ("Dr. Smith can't", "doctor smith can't"),
-    ("Two words here", "two <unk> words here"), ("Don't stop", "don t stop"), ("Anything", "")])
+    ("It is twenty-five past", "it is twenty five past"), ("Two words here", "two <unk> words here"),
+    ("Don't stop", "don t stop"), ("Anything", "")])
 def test_the_same_said_otherwise_agrees(text: str, words: str) -> None:
     assert agreement(text, words.split()).share == 1
 
