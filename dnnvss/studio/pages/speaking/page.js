@@ -175,6 +175,7 @@ function describe() {
   $('files').replaceChildren(...take.files.map(name => {
     const item = document.createElement('li'), link = document.createElement('a');
     link.href = `/v1/takes/${take.id}/files/${name}`; link.download = name; link.textContent = name;
+    if (take.commands[name]) link.title = take.commands[name];
     item.append(link);
     return item;
   }));
