@@ -1,7 +1,9 @@
 """What lies beside a small corpus and its runs before the trials of ``kills.py``: as users and other tools leave it."""
 
+import contextlib
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +11,11 @@ import numpy as np
 
 def write_all(home: Path) -> None:
     """Write recordings, labels, takes, and a viewing test with its answers, of the corpus in ``data``."""
-    for write in (_recorded, _labelled, _taken, _viewed):
+    for write in (recorded, labelled, _taken, _viewed):
         write(home)
 
 
-def _recorded(home: Path) -> None:
+def recorded(home: Path) -> None:
     """Recordings as a user has them, in ``raw``: silent videos with sound, words, landmarks and phone times beside."""
     from dnnvss.corpus import Corpus
     from dnnvss.formats import write_alignment
@@ -28,7 +30,7 @@ def _recorded(home: Path) -> None:
     (raw / "landmarks.json").write_text(json.dumps({"groups": corpus.info.landmark_groups}))
 
 
-def _labelled(home: Path) -> None:
+def labelled(home: Path) -> None:
     """Finished labels of the recordings in ``labels``, and the same as another tool writes them in ``coco.json``."""
     from dnnvss.corpus import Corpus
     from dnnvss.face.aam.labelling.sheet import Label, Sheet
@@ -82,7 +84,8 @@ def _viewed(home: Path) -> None:
     design = yaml.safe_load((CONF / "preference.yaml").read_text())
     small = {"sentences": 1, "per_viewer": 1, "practice": 0, "checks": 0}
     (home / "design.yaml").write_text(yaml.safe_dump({**design, **small}))
-    main(["make", str(home / "design.yaml"), str(home / "runs/a"), str(home / "runs/v"), "--out", str(home / "test")])
+    with contextlib.redirect_stdout(sys.stderr):
+        main(["make", *(str(home / n) for n in ("design.yaml", "runs/a", "runs/v")), "--out", str(home / "test")])
     sheet = Sheet.open(home / "test")
     quality = {condition.name: float(k) for k, condition in enumerate(sheet.conditions)}
     (home / "test/answers").mkdir()

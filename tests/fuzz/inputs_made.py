@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import kills
+import kills_made
 import numpy as np
 from conftest import make_example, run_command
 from fuzz.inputs import Input
@@ -71,8 +72,8 @@ def all_made(folder: Path) -> dict[str, Made]:
     words[0] = tuple("corpus.sentences=8" if "sentences" in str(w) else w for w in words[0])
     for each in words:
         assert quiet(run_command, *each) == 0
-    kills._recorded(home)
-    kills._labelled(home)
+    kills_made.recorded(home)
+    kills_made.labelled(home)
     return {**_corpus(home), **_prepared(home), **_spoken(home), **_network(home), **_compared(home),
             **_systems(folder / "systems"), **_tracked(home), **_media(home), **_conf(folder / "conf"),
             **_typed(folder)}
