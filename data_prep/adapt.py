@@ -16,7 +16,7 @@ from dnnvss.formats import spanning
 from dnnvss.media import SPEECH_RATE, read_audio
 from dnnvss.phones import SHORT_PAUSE, SILENCE, SILENCES
 from dnnvss.progress import counted
-from dnnvss.speech.align_adapt import Voice, first_states, learn, segment
+from dnnvss.speech.align_adapt import VERSION, Voice, first_states, learn, segment
 from dnnvss.speech.align_features import HOP, cepstra
 from dnnvss.speech.align_onset import EXAMPLES, FREE, QUANTILE, given_back, longest, runs_of
 from dnnvss.speech.align_tiers import Piece, tiers
@@ -67,7 +67,7 @@ def learn_voice(
     if sum(s.duration for a in known.values() for s in a["phones"] if s.label not in SILENCES) < LEAST:
         return None
     names = names[:: max(1, round(sum(a.end for a in known.values()) / MOST))]
-    key = fingerprint(ROUNDS, MIXTURES, QUANTILE, FREE, EXAMPLES, [(n, tasks[n], first[n]) for n in names])
+    key = fingerprint(VERSION, ROUNDS, MIXTURES, QUANTILE, FREE, EXAMPLES, [(n, tasks[n], first[n]) for n in names])
     path = shop.out / FOLDER / "voice" / f"{key}.npz"
     if not path.is_file():
         for old in path.parent.glob("*.npz"):

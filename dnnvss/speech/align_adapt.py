@@ -39,6 +39,9 @@ _WAYS = 16
 
 Phones = tuple[str, ...]
 
+VERSION = 2
+"""Of a voice in a file, and of how it is learnt."""
+
 
 @dataclass(frozen=True)
 class Voice:
