@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from types import ModuleType
 
-from dnnvss import __version__
+from dnnvss import __version__, headroom
 from dnnvss.commands.usage import DONE, UsageError, guarded
 
 COMMANDS = {
@@ -63,17 +63,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _module(name: str) -> ModuleType:
-    """The module of a command, with all that it imports.
+    """The module of a command, with all that it imports, where the limits of the process leave room for that.
 
     Nothing of that is garbage: it is not looked through while modules are read, which was a tenth of the start,
     nor ever again.
     """
+    headroom.for_libraries()
     gc.disable()
     try:
-        return import_module(f"dnnvss.commands.{name}")
+        module = import_module(f"dnnvss.commands.{name}")
     finally:
         gc.freeze()
         gc.enable()
+    headroom.for_products()
+    return module
 
 
 def _settle() -> None:

@@ -73,7 +73,7 @@ def test_what_is_damaged_is_no_shortage(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="limits as Linux has them")
-@pytest.mark.parametrize("limit", ["-n 16", "-n 32", "-v 600000", "-v 1000000"])
+@pytest.mark.parametrize("limit", ["-n 16", "-n 32", "-v 600000", "-v 1000000", "-v 1300000", "-d 300000", "-d 500000"])
 def test_a_command_under_a_limit_ends_well_or_says_which_and_succeeds_without(
         tmp_path: Path, demo: Path, limit: str) -> None:
     words = [sys.executable, "-m", "data_prep", "corpus=demo", f"corpus.out={tmp_path}/data", "corpus.sentences=8",
