@@ -96,6 +96,13 @@ def test_passages_lie_between_pauses_and_take_words_where_there_is_time_for_them
     assert passages(spans[:2], heard[:5], far[:5], np.ones(5, bool), 50) == [Passage(0, 1, 0, 3), Passage(2, 3, 40, 42)]
 
 
+def test_a_word_that_is_heard_from_the_silence_before_it_belongs_to_its_speech() -> None:
+    spans = [(0.0, 1.0), (1.3, 1.4), (2.0, 3.0)]  # a click between two sentences
+    heard = [*heard_at((0, 0.0), (1, 0.35), (2, 0.7)), HeardWord(3, 1.35, 2.3), *heard_at((4, 2.35), (5, 2.7))]
+    found = passages(spans, heard, np.arange(6), np.ones(6, bool), 6)
+    assert found == [Passage(0, 1, 0, 3), Passage(2, 3, 3, 6)]
+
+
 def test_passages_that_do_not_fit_are_tried_with_their_neighbours() -> None:
     found = [Passage(k, k + 0.9, 2 * k, 2 * k + 2) for k in range(4)]
     tried = widened(found, [False, True, True, False])
