@@ -5,12 +5,13 @@
     python tests/kills.py FOLDER --few 1 --times 9
     python tests/kills.py FOLDER --only export --only speak
 
-Each command runs in a fork of this process, which has loaded what they need, so that a trial takes seconds. A trial
-ends well where the killed command leaves no process, the second run ends with status 0 and leaves no temporary file,
-and every file is as it is without a kill.
+Each command runs in a fork of this process, which has loaded what they need, so that a trial takes seconds. The
+system's folder for temporary files is one of the trial's. A trial ends well where the killed command leaves no process,
+the second run ends with status 0 and leaves no temporary file, and every file is as it is without a kill.
 """
 
 import argparse
+import contextlib
 import hashlib
 import json
 import os
@@ -18,14 +19,12 @@ import random
 import shutil
 import signal
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from kills_made import write_all
 
 from dnnvss import staging
 
@@ -39,8 +38,14 @@ VOLATILE = ("tensorboard", "checkpoints")
 """Folders whose files hold the time at which they were written, and may be more after a second run."""
 TOKEN = "DNNVSS_KILLS"
 """A variable of the environment by which the processes that a command started are found."""
+TEMPORARY = "tmp"
+"""The folder, in that of a trial, that commands have for temporary files."""
 LONGEST = 20.0
 """Seconds after which a process whose parent was killed should have ended, where the processors are free."""
+
+
+def left_alone(home: Path) -> None:
+    """What is done in the process of most commands beforehand."""
 
 
 @dataclass(frozen=True)
@@ -57,28 +62,73 @@ class Command:
     words: Callable[[Path], tuple[object, ...]]
     needs: tuple[str, ...] = ()
     whole: bool = False
-    before: Callable[[Path], None] = lambda home: None
+    before: Callable[[Path], None] = left_alone
 
 
 def _drag(home: Path) -> None:
     """Let the page of labels be used as by a browser: every point is dragged a little and kept; then it is left."""
+    from dnnvss.studio.server import Server
+
+    Server.wait = lambda self: _drag_all(self.url, home / "labels")  # type: ignore[method-assign]
+
+
+def _drag_all(url: str, folder: Path) -> None:
+    """Drag every point of the labels in a folder, on their page."""
     from urllib.parse import quote
-    from urllib.request import Request, urlopen
+
+    import numpy as np
 
     from dnnvss.face.aam.labelling.sheet import Sheet
+
+    sheet = Sheet.open(folder)
+    for k, label in enumerate(sheet.labels):
+        points = np.round(sheet.read(label)).tolist()
+        _ask(f"{url}points/{quote(label.image, safe='')}", {"points": points, "done": bool(k % 2)})
+
+
+def _ask(url: str, body: object = None) -> bytes:
+    """What a page answers: to a body as JSON, or to a mere look."""
+    from urllib.request import Request, urlopen
+
+    data = None if body is None else json.dumps(body).encode()
+    with urlopen(Request(url, data, {"Content-Type": "application/json"} if data else {}), timeout=60) as answer:
+        return bytes(answer.read())
+
+
+def _talk(home: Path) -> None:
+    """Let the studio be used: a take is said, and a file of it taken away; then labels are dragged in their area."""
+    from urllib.error import HTTPError
+
     from dnnvss.studio.server import Server
 
     def wait(self: Server) -> None:
-        sheet = Sheet.open(home / "labels")
-        for k, label in enumerate(sheet.labels):
-            points = np.round(sheet.read(label)).tolist()
-            body = json.dumps({"points": points, "done": bool(k % 2)}).encode()
-            request = Request(f"{self.url}points/{quote(label.image, safe='')}", body,
-                              {"Content-Type": "application/json"})
-            with urlopen(request, timeout=20) as answer:
-                answer.read()
+        for _ in range(600):  # until a worker is there
+            with contextlib.suppress(HTTPError):
+                _ask(f"{self.url}v1/health")
+                break
+            time.sleep(0.1)
+        take = json.loads(_ask(f"{self.url}v1/speak", {"run": "a", "text": "hello", "engine": "formant"}))
+        (home / "speech.mp4").write_bytes(_ask(f"{self.url}v1/takes/{take['id']}/files/speech.mp4"))
+        _drag_all(f"{self.url}labelling/labels/", home / "labels")
 
     Server.wait = wait  # type: ignore[method-assign]
+
+
+def _watch(home: Path) -> None:
+    """Let lips be seen where no tracker is installed, and where a drawn face is none for it: the light of each row."""
+    import numpy as np
+
+    import dnnvss.evaluation.outside
+    import dnnvss.face.landmarker
+    from dnnvss.evaluation.outside import Lips
+
+    def see(landmarker: object, pictures: Iterable[np.ndarray]) -> Lips:
+        thirds = np.array([[part.mean() for part in np.array_split(picture, 3)] for picture in pictures])
+        return Lips(thirds, np.ones(len(thirds), bool))
+
+    sys.modules["dnnvss.evaluation.outside.judge"].see = see  # type: ignore[attr-defined]
+    dnnvss.face.landmarker.find_task = lambda path: home  # type: ignore[assignment]
+    dnnvss.face.landmarker.Landmarker = lambda path: None  # type: ignore[assignment,misc]
 
 
 COMMANDS = {
@@ -128,6 +178,9 @@ COMMANDS = {
     "correlations": Command(lambda home: ("correlations", f"folder={home}/runs/a", "study=context", "study.repeats=2",
                                           "study.first=10", "study.last=20", "study.step=10", f"out={home}/heard"),
                             ("data", "runs"), whole=True),
+    "outside": Command(lambda home: ("outside", home / "runs/a"), ("data", "runs"), before=_watch),
+    "studio": Command(lambda home: ("studio", home / "runs", "--port", 0, "--folder", home, "--workers", 1),
+                      ("runs", "labels"), before=_talk),
 }
 ALONE = ("train", "corpus=demo", "labels=ph_dv", "visemes.units=6", *FAST)
 """What makes the run ``v``, whose labels have dynamic visemes."""
@@ -218,7 +271,7 @@ def state(home: Path) -> dict[str, str]:
         volatile = bool(set(name.parts) & set(VOLATILE))
         if path.is_file() and (not volatile or staging.is_ours(path.name)):
             found[str(name)] = hashlib.sha256(_content(path)).hexdigest()
-        elif path.is_dir() and path.name.startswith(".") and path.name != ".stages":
+        elif path.is_dir() and (path.parent.name == TEMPORARY or path.name.startswith(".")) and path.name != ".stages":
             found[str(name)] = "folder"
     return found
 
@@ -231,6 +284,8 @@ def _content(path: Path) -> bytes:
 
 def made(folder: Path) -> Path:
     """A folder with a small corpus and a trained run, from which trials take what they need."""
+    from kills_made import write_all
+
     home = folder / "home"
     base = folder / "made"
     if not base.is_dir():
@@ -278,7 +333,7 @@ def trials(folder: Path, name: str, few: int = 0, times: int = 0) -> Iterator[Tr
     fresh(home, base, command.needs, command.whole)
     log.write_text("")
     start = time.monotonic()
-    before = {"prepare": lambda: command.before(home)}
+    before = {"prepare": lambda: _prepare(command, home)}
     if run(words, log, **before, finish=lambda: (folder / "count").write_text(str(len(MOVES))) and None):
         raise AssertionError(f"{name} alone: {log.read_text()}")
     lasts = time.monotonic() - start
@@ -295,9 +350,24 @@ def trials(folder: Path, name: str, few: int = 0, times: int = 0) -> Iterator[Tr
         if killed == 0 and "seconds" in how:
             continue  # it was faster than before
         left = orphans()
+        _age(home / TEMPORARY)
         again = run(words, log, **before)
         problem = f"{left} processes stayed; " if left else ""
         yield Trial(name, when, problem + _problem(killed, again, whole, state(home), log))
+
+
+def _prepare(command: Command, home: Path) -> None:
+    """Begin a command with a folder of its own for temporary files."""
+    (home / TEMPORARY).mkdir(exist_ok=True)
+    os.environ["TMPDIR"] = tempfile.tempdir = str(home / TEMPORARY)
+    command.before(home)
+
+
+def _age(folder: Path) -> None:
+    """Let what a killed command left be a minute old: what is new may be another command's that is just beginning."""
+    past = time.time() - 60
+    for path in folder.iterdir() if folder.is_dir() else ():
+        os.utime(path, (past, past), follow_symlinks=False)
 
 
 def orphans() -> int:
@@ -341,8 +411,12 @@ def _problem(killed: int, again: int, whole: dict[str, str], now: dict[str, str]
 
 
 def load() -> None:
-    """Load what the commands need, once for all forks."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    """Load what the commands need, once for all forks.
+
+    One thread each, as the last digits depend on their number: it is set before numpy is loaded, so that forks and new
+    processes have the same.
+    """
+    os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
     os.environ[TOKEN] = str(os.getpid())  # what is forked has it not, what is started has
     import av  # noqa: F401
     import lightning  # noqa: F401

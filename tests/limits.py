@@ -6,8 +6,9 @@
 
 Memory is limited (``RLIMIT_DATA``: what a process may allocate) in forks of this process, which has loaded torch and
 all else that commands need: libraries alone take most of the smallest limit. Files are limited in new processes, as
-``ulimit -n`` does it. A trial ends well where the limited command makes all its files, or says in one line what is too
-little; and where the same command without the limit then makes the files that it makes in a new folder.
+``ulimit -n`` does it, with as many threads. A trial ends well where the limited command makes all its files, or says in
+one line what is too little (a sweep in one for each of its runs); and where the same command without the limit then
+makes the files that it makes in a new folder.
 """
 
 import argparse
@@ -21,13 +22,16 @@ from pathlib import Path
 
 import kills
 
-COMMANDS = tuple(name for name in kills.COMMANDS if name != "page")  # which a browser must ask for something
+COMMANDS = tuple(name for name in kills.COMMANDS if kills.COMMANDS[name].before is kills.left_alone)
+"""Those that need nothing done in their process: others are asked by a browser, or have a tracker."""
 MEMORY = (600, 800, 1000, 1500)
 """Megabytes."""
 HANDLES = (16, 32, 64, 128)
 """Open files."""
 SHORT = ("the system is short of", "there was too little memory")
 """What a command says that ends because of a limit."""
+SWEPT = "of the sweep failed"
+"""What a sweep says behind what each of its runs said."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +99,12 @@ def trials(folder: Path, name: str, memory: tuple[int, ...], handles: tuple[int,
 def _told(status: int, said: str) -> str:
     """What is wrong with how a command ended that had too little."""
     lines = [line for line in said.replace("\r", "\n").splitlines() if line.startswith("error: ")]
-    if status != 1 or len(lines) != 1 or "Traceback" in said or not any(words in lines[0] for words in SHORT):
-        return f"it ended with {status}: {said[-2500:]}"
-    return ""
+    swept = bool(lines) and SWEPT in lines[-1]
+    told = lines[:-1] if swept else lines
+    short = all(any(words in line for words in SHORT) for line in told)
+    if status == 1 and "Traceback" not in said and short and (len(told) == 1 or (told and swept)):
+        return ""
+    return f"it ended with {status}: {said[-2500:]}"
 
 
 def _different(whole: dict[str, str], now: dict[str, str]) -> str:

@@ -4,11 +4,12 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from tempfile import NamedTemporaryFile
 from typing import Any
 
 import cv2
 import numpy as np
+
+from dnnvss.staging import scratch
 
 Net = Callable[[np.ndarray], list[np.ndarray]]
 """From a picture (H, W_, 3) float32 to the outputs of a net, in the order in which they were asked for."""
@@ -70,10 +71,10 @@ def _hushed() -> Iterator[None]:
 def _opencv(weights: bytes, outputs: Sequence[str]) -> Net:
     """A net in OpenCV, whose version 5 reads it rightly by the classic engine alone, and that from a path alone."""
     classic = getattr(cv2.dnn, "ENGINE_CLASSIC", None)
-    with NamedTemporaryFile(suffix=".tflite") as file:
-        file.write(weights)
-        file.flush()
-        net = cv2.dnn.readNetFromTFLite(file.name, *(() if classic is None else (classic,)))
+    with scratch() as folder:
+        file = folder / "net.tflite"
+        file.write_bytes(weights)
+        net = cv2.dnn.readNetFromTFLite(str(file), *(() if classic is None else (classic,)))
 
     def run(picture: np.ndarray) -> list[np.ndarray]:
         net.setInput(picture.transpose(2, 0, 1)[None])

@@ -6,7 +6,6 @@ Run by :mod:`dnnvss.speech.engines.espeak` as a file; it imports nothing of the 
 import ctypes
 import json
 import sys
-import tempfile
 import wave
 from pathlib import Path
 
@@ -64,18 +63,20 @@ def speak(library: str, data: str, text: str, voice: str) -> tuple[bytes, int, l
 
 
 def main() -> None:
-    """Answer the one request on standard input: write the wav that it names and print the events."""
+    """Answer the one request on standard input: write the wav that it names, print the events.
+
+    The folder of the wav is for this request alone.
+    """
     import espeakng_loader  # only this process may load it
 
     request = json.load(sys.stdin)
     folder = Path(espeakng_loader.get_data_path()).parent
-    with tempfile.TemporaryDirectory() as short:
-        if len(str(folder)) > _LONGEST_PATH:
-            link = Path(short) / "e"
-            link.symlink_to(folder, target_is_directory=True)
-            folder = link
-        library = espeakng_loader.get_library_path()
-        samples, rate, events = speak(library, str(folder), request["text"], request["voice"])
+    if len(str(folder)) > _LONGEST_PATH:
+        link = Path(request["wav"]).with_name("e")
+        link.symlink_to(folder, target_is_directory=True)
+        folder = link
+    library = espeakng_loader.get_library_path()
+    samples, rate, events = speak(library, str(folder), request["text"], request["voice"])
     with wave.open(request["wav"], "wb") as out:
         out.setnchannels(1)
         out.setsampwidth(2)
