@@ -8,7 +8,8 @@ import pytest
 from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES, VOWELS
-from dnnvss.speech.durations import DurationModel, spoken_contexts
+from dnnvss.speech.duration_contexts import spoken_contexts
+from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.durations_scores import score_durations
 from dnnvss.text.sentence import parse
 from dnnvss.timing import Alignment, Tier

@@ -6,7 +6,7 @@ import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones.alphabets import arpabet
-from dnnvss.speech.durations import _rates
+from dnnvss.speech.time_line import rates
 from dnnvss.text.sentence import parse, spoken_words
 
 
@@ -79,7 +79,7 @@ def test_every_sign_of_the_table_is_a_phone() -> None:
 def test_prosody_changes_the_rate_of_its_words(rate: str, factor: float) -> None:
     sentence = parse(f"now <prosody rate='{rate}'>and here</prosody> again")
     assert [w.rate for w in sentence.words] == pytest.approx([1, factor, factor, 1])
-    assert len(_rates(sentence)) == sum(len(w.phones) for w in sentence.words) and np.all(_rates(sentence) > 0)
+    assert len(rates(sentence)) == sum(len(w.phones) for w in sentence.words) and np.all(rates(sentence) > 0)
 
 
 def test_emphasis_nests_and_ends() -> None:

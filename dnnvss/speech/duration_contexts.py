@@ -1,0 +1,84 @@
+"""What a phone's duration depends on: its context as names, and as ones and zeros."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from dnnvss.phones import ARTICULATION, SILENCE
+from dnnvss.text.tree import LinguisticTree, linguistic_tree
+from dnnvss.timing import Alignment
+
+ALWAYS = "always"
+"""The context of every phone."""
+
+
+def phone_class(phone: str) -> str:
+    """Return a phone's class for durations: its manner, ``-`` if voiceless; vowels tense, lax or gliding."""
+    a = ARTICULATION[phone]
+    if a.manner == "vowel":
+        return "diphthong" if a.glide else "tense" if a.tense else "lax"
+    return a.manner if a.voiced or a.manner == "silence" else f"{a.manner}-"
+
+
+def spoken_contexts(alignment: Alignment, text: str) -> tuple[list[list[str]], np.ndarray]:
+    """Return the context features of each spoken phone, and the durations (n,) in seconds.
+
+    A row begins with the phone, its class and ``always``.
+
+    Args:
+        alignment: with tiers ``phones`` and ``words``.
+        text: the words as written.
+    """
+    rows, seconds = each_context(alignment, text)
+    return list(rows), seconds
+
+
+def each_context(alignment: Alignment, text: str) -> tuple[Iterator[list[str]], np.ndarray]:
+    """The same with the rows one by one."""
+    tree = linguistic_tree(alignment, text)
+    padded = (SILENCE, SILENCE, *alignment["phones"].labels, SILENCE, SILENCE)
+    spoken = np.flatnonzero(tree.word >= 0)
+    places = _places(tree)
+    rows = (_context(padded[i : i + 5], tree, i, places[i]) for i in spoken.tolist())
+    return rows, np.diff(alignment["phones"].edges)[spoken]
+
+
+def _context(window: Sequence[str], tree: LinguisticTree, i: int, place: str) -> list[str]:
+    """Return the feature names of segment ``i`` at a place in its syllable, in the middle of five labels."""
+    far_left, left, own, right, far_right = window
+    kind = phone_class(own)
+    last_syllable = tree.syllable_in_word[i] == tree.syllables_in_word[i] - 1
+    final = last_syllable and tree.word_in_phrase[i] == tree.words_in_phrase[i] - 1
+    end = final and tree.phrase[i] == tree.phrases - 1
+    ending = "end" if end else "final" if final else "word" if last_syllable else "inner"
+    first = tree.syllable_in_word[i] == 0 and tree.word_in_phrase[i] == 0
+    return [
+        own, f"class={kind}", ALWAYS, f"left={left}", f"right={right}", f"left class={phone_class(left)}",
+        f"right class={phone_class(right)}", f"left class 2={phone_class(far_left)}",
+        f"right class 2={phone_class(far_right)}", f"{kind} before {phone_class(right)}", f"{kind} {place}",
+        f"{kind} {ending}", f"{own} {ending}", f"{own} {place}", f"{place} {ending}", f"first={first} {place}",
+        f"syllables={min(int(tree.syllables_in_word[i]), 4)} {kind == 'lax'}",
+        f"syllable={min(int(tree.syllable_in_word[i]), 3)}",
+        f"phones={min(int(tree.phones_in_syllable[i]), 5)} {place}",
+        f"words before={min(int(tree.word_in_phrase[i]), 6)}",
+        f"words after={min(int(tree.words_in_phrase[i] - 1 - tree.word_in_phrase[i]), 6)}",
+        f"word length={min(int(tree.phones_in_word[i]), 8)}", f"{left} {own}", f"{own} {right}",
+    ]  # fmt: skip
+
+
+def _places(tree: LinguisticTree) -> list[str]:
+    """Where in its syllable each segment stands: onset, nucleus or coda."""
+    nuclei = np.full(tree.syllables + 1, -1)  # the last place is that of silences
+    vowels = np.flatnonzero(tree.vowel)[::-1]
+    nuclei[tree.syllable[vowels]] = vowels  # the first of each syllable is written last
+    onset = np.arange(len(tree.syllable)) < nuclei[tree.syllable]
+    return ["nucleus" if v else "onset" if o else "coda" for v, o in zip(tree.vowel, onset, strict=True)]
+
+
+def context_matrix(contexts: Sequence[Sequence[str]], columns: Sequence[str]) -> np.ndarray:
+    """Return the contexts as ones and zeros (n, len(columns)); names that are no column are passed over."""
+    place = {name: k for k, name in enumerate(columns)}
+    x = np.zeros((len(contexts), len(columns)))
+    for row, names in enumerate(contexts):
+        x[row, [place[name] for name in names if name in place]] = 1.0
+    return x

@@ -1,0 +1,64 @@
+"""What a talker does between words: which pauses, and how long."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from dnnvss.corpus.utterance import Utterance
+from dnnvss.phones import SHORT_PAUSE, SILENCE
+from dnnvss.text.sentence import Word, spoken_words
+from dnnvss.text.tree import linguistic_tree
+
+SHORTEST = 0.01
+"""Seconds below which no phone and no pause is believed or made."""
+_DEFAULT_PAUSES = {"minor": (SHORT_PAUSE, 0.18), "major": (SHORT_PAUSE, 0.4)}
+
+
+@dataclass(frozen=True)
+class Pauses:
+    """What a corpus does after the breaks ``none``, ``minor`` and ``major``: a label and seconds, or None."""
+
+    none: tuple[str, float] | None
+    minor: tuple[str, float] | None
+    major: tuple[str, float] | None
+
+
+def usual_pauses(utterances: Iterable[Utterance]) -> Pauses:
+    """Return the pauses that the corpus makes after each kind of break, defaults where it has fewer than five."""
+    seen: dict[bool, list[tuple[str, float]]] = {False: [], True: []}
+    for utterance in utterances:
+        punctuated = dict(enumerate(b for _, b in spoken_words(utterance.text)))
+        tree = linguistic_tree(utterance.alignment, utterance.text)
+        segments = list(utterance.alignment["phones"])
+        spoken = np.flatnonzero(tree.word >= 0)
+        agree = tree.words == len(punctuated)
+        for a, b in pairwise(spoken):
+            if tree.word[a] == tree.word[b]:
+                continue
+            between = segments[a + 1 : b]
+            label = SILENCE if any(s.label == SILENCE for s in between) else SHORT_PAUSE if between else ""
+            seen[bool(agree and punctuated[int(tree.word[a])])].append((label, sum(s.duration for s in between)))
+    return Pauses(_usual(seen[False], None), _usual(seen[True], _DEFAULT_PAUSES["minor"]),
+                  _usual(seen[True], _DEFAULT_PAUSES["major"], 1.6))
+
+
+def _usual(seen: list[tuple[str, float]], default: tuple[str, float] | None,
+           longer: float = 1.0) -> tuple[str, float] | None:
+    paused = [(label, seconds) for label, seconds in seen if label]
+    if len(seen) < 5:
+        return default
+    if len(paused) < len(seen) / 2:
+        return default
+    label = Counter(label for label, _ in paused).most_common(1)[0][0]
+    return label, float(np.median([s for _, s in paused])) * longer
+
+
+def pause_after(word: Word, pauses: Pauses) -> tuple[str, float] | None:
+    """The pause that a word is followed by: what the text asks for, or what is usual."""
+    usual = {"none": pauses.none, "minor": pauses.minor, "major": pauses.major}[word.break_after]
+    if word.pause is None:
+        return usual
+    return ((usual or _DEFAULT_PAUSES["major"])[0], word.pause) if word.pause >= SHORTEST else None
