@@ -21,13 +21,15 @@ from dnnvss.speech.recognise import recognise
 
 RECORDING, RECOGNISED, PASSAGES, CLIPS = "recording", "recognised words", "passages", "clips"
 """The stages."""
-VERSION = 1
+VERSION = 2
 """Of what they leave behind."""
 
 PIECE = 20.0
 """Seconds of sound that are recognised at once, at most."""
 _BLOCK = 600  # seconds of sound whose level is measured at once
-_EDGE = 0.3  # seconds of silence around a passage
+_BEFORE, _BEHIND = 0.2, 0.3
+"""Seconds of silence before and behind a passage. Given more before it, weak first sounds swallow that, and pictures of
+another shot with it; final sounds die away slowly."""
 
 
 def folder_of(out: Path) -> Path:
@@ -81,8 +83,8 @@ def find_words(name: str, out: Path, wav: Path, start: float, end: float, vocabu
         vocabulary: the folder of the text's vocabulary.
         text: what tells it from that of another text.
     """
-    begin = max(start - _EDGE, 0.0)
-    heard = recognise(stretch(wav, SPEECH_RATE, begin, end + _EDGE), Path(vocabulary))
+    begin = max(start - _BEHIND, 0.0)
+    heard = recognise(stretch(wav, SPEECH_RATE, begin, end + _BEHIND), Path(vocabulary))
     return {"words": [[word.word, round(word.start + begin, 3), round(word.end + begin, 3)] for word in heard]}
 
 
@@ -98,9 +100,9 @@ def put_in_time(name: str, out: Path, wav: Path, start: float, end: float, words
     Raises:
         DnnvssError: the words are not in the sound.
     """
-    begin = max(start - _EDGE, 0.0)
+    begin = max(start - _BEFORE, 0.0)
     try:
-        found = align(stretch(wav, SPEECH_RATE, begin, end + _EDGE), words, sharp=False)
+        found = align(stretch(wav, SPEECH_RATE, begin, end + _BEHIND), words, sharp=False)
     except DnnvssError as error:
         raise DnnvssError(error.problem) from error
     spans = [s for s in found.alignment["words"] if s.label]
