@@ -117,7 +117,7 @@ class Server:
         self._origins |= {f"{scheme}://{name.lower()}" for name in names for scheme in ("http", "https")}
         self._names |= {name.lower() for name in names}
         self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="studio", daemon=True)
-        self._ready = threading.Event()
+        self._ready, self._over = threading.Event(), threading.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._end: asyncio.Event | None = None
         self._sending = set[asyncio.Future[None]]()
@@ -135,15 +135,16 @@ class Server:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
         """End after the requests that are at work."""
-        if self._loop is not None and self._end is not None and self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._end.set)
+        if self._loop is not None and self._end is not None:
+            with suppress(RuntimeError):  # it has ended
+                self._loop.call_soon_threadsafe(self._end.set)
         self._thread.join()
         self._socket.close()
 
     def wait(self) -> None:
         """Wait until the server ends, or Ctrl-C (a ``KeyboardInterrupt``)."""
-        while self._thread.is_alive():
-            self._thread.join(1.0)
+        while not self._over.wait(1.0):  # a join that Ctrl-C ends would take the thread for ended
+            pass
 
     async def _serve(self) -> None:
         try:
@@ -154,6 +155,7 @@ class Server:
                 await self._listen(self._loop, self._end)
         finally:
             self._ready.set()
+            self._over.set()
 
     async def _listen(self, loop: asyncio.AbstractEventLoop, end: asyncio.Event) -> None:
         manager = web.Server(self._answer, request_factory=self._request, handler_cancellation=True)

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+import signal
 import socket
 import threading
 import time
@@ -431,6 +432,30 @@ def test_a_request_at_work_is_finished_when_the_server_ends(folder: Path) -> Non
         assert begun.wait(5)
     client.join(5)
     assert status(answers[0]) == 200 and value(answers[0])["names"] == {"name": "a"}
+
+
+def test_ctrl_c_ends_the_server_in_order(folder: Path) -> None:
+    begun, told = threading.Event(), list[str]()
+
+    @asynccontextmanager
+    async def around() -> AsyncIterator[None]:
+        yield
+        told.append("ended")
+
+    async def slow(asked: Asked) -> str:
+        begun.set()
+        await asyncio.sleep(0.5)
+        return await asyncio.to_thread(lambda: "done")
+
+    ctrl_c = threading.Timer(0.1, signal.pthread_kill, (threading.get_ident(), signal.SIGINT))
+    with ThreadPoolExecutor(1) as clients:
+        with Server(Page("labelling", (Route("GET", "/slow", slow),), around=around), limits=QUICK) as server:
+            answer = clients.submit(get, server, "/slow")
+            assert begun.wait(5)
+            ctrl_c.start()
+            with pytest.raises(KeyboardInterrupt):
+                server.wait()
+        assert told == ["ended"] and value(answer.result(5)) == "done"
 
 
 def test_a_port_that_is_taken_is_said(server: Server) -> None:
