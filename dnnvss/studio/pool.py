@@ -80,12 +80,6 @@ class _Worker:
         except (OSError, EOFError, ValueError) as error:
             raise _LostError from error
 
-    def end(self) -> None:
-        """End the process, whatever it does."""
-        if self.process.returncode is None:
-            with suppress(ProcessLookupError):  # its own kill() would take its status from who waits for it
-                os.kill(self.process.pid, signal.SIGKILL)
-
 
 @dataclass(eq=False)
 class _Waiting:
@@ -247,7 +241,7 @@ class Pool:
     def _drop(self, worker: _Worker) -> None:
         """End a worker; its keeper replaces it."""
         self._workers.pop(worker.number, None)
-        worker.end()
+        kill(worker.process)
         self._match()
 
     async def _keep(self) -> None:
@@ -298,6 +292,13 @@ class Pool:
             for name, seconds in sorted(self.seconds.items())
         ]
         return "\n".join([*lines, ""])
+
+
+def kill(process: asyncio.subprocess.Process) -> None:
+    """End a process, whatever it does."""
+    if process.returncode is None:
+        with suppress(ProcessLookupError):  # its own kill() would take its status from who waits for it
+            os.kill(process.pid, signal.SIGKILL)
 
 
 def _raise_wrong(head: Mapping[str, Any]) -> None:

@@ -1,9 +1,14 @@
 """What the service is asked for: bodies, their description, and the bounds on work."""
 
+import asyncio
+import io
 import json
+import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
+import scipy.io.wavfile
 
 from dnnvss.commands.studio import _token
 from dnnvss.errors import DnnvssError
@@ -12,6 +17,7 @@ from dnnvss.studio.page import Seen
 from dnnvss.studio.requests import Requests
 from dnnvss.studio.speaking import Change, Saying, SpeakingDesk
 from dnnvss.studio.speaking.known import KnownTakes
+from dnnvss.studio.speaking.latest import Latest
 from dnnvss.studio.speaking.openapi import described
 from dnnvss.studio.speaking.uploads import Uploads
 
@@ -55,11 +61,40 @@ def test_the_description_names_every_route_and_setting(tmp_path: Path) -> None:
 def test_what_is_brought_and_cannot_be_read_is_told_in_words(tmp_path: Path) -> None:
     uploads = Uploads(tmp_path)
     with pytest.raises(DnnvssError, match="cannot be read"):
-        uploads.sound(b"RIFF\0\0")
+        asyncio.run(uploads.sound(b"RIFF\0\0"))
     with pytest.raises(DnnvssError, match="not read"):
-        uploads.alignment("a.exe", b"")
+        asyncio.run(uploads.alignment("a.exe", b""))
     with pytest.raises(DnnvssError, match="not kept"):
         uploads.path("nothing")
+
+
+def test_who_leaves_ends_the_process_that_reads_what_was_brought(tmp_path: Path) -> None:
+    children = Path(f"/proc/self/task/{threading.get_native_id()}/children")
+
+    async def left() -> None:
+        reading = asyncio.create_task(Uploads(tmp_path).sound(_silence(seconds=120)))
+        while not (begun := children.read_text().split()):
+            await asyncio.sleep(0.01)
+        reading.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await reading
+        assert begun and not set(begun) & set(children.read_text().split())
+
+    asyncio.run(left())
+    assert not list(tmp_path.iterdir())
+
+
+def _silence(seconds: int) -> bytes:
+    file = io.BytesIO()
+    scipy.io.wavfile.write(file, 44100, np.zeros(44100 * seconds, dtype=np.int16))
+    return file.getvalue()
+
+
+def test_the_latest_stay_and_who_asks_keeps_a_thing() -> None:
+    kept = Latest[str](most=3, size_most=100)
+    assert [kept.put(name, name.upper(), 40) for name in ("a", "b")] == [[], []]
+    assert kept.get("a") == "A" and kept.put("c", "C", 20) == [] and kept.put("d", "D", 10) == ["b"]
+    assert kept.put("e", "E", 200) == ["a", "c", "d"] and kept.items() == [("e", "E")] and kept.get("b") is None
 
 
 def test_a_token_is_given_or_made_and_none_is_short(monkeypatch: pytest.MonkeyPatch) -> None:

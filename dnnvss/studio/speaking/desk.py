@@ -314,12 +314,12 @@ class SpeakingDesk:
     async def bring_sound(self, asked: Asked) -> dict[str, Any]:
         """Keep a sound."""
         async with self._reading():
-            return await asyncio.to_thread(self._uploads.sound, asked.body)
+            return await self._uploads.sound(asked.body)
 
     async def bring_times(self, asked: Asked) -> Any:
         """Phone times out of a file."""
         async with self._reading():
-            return await asyncio.to_thread(self._uploads.alignment, asked.names["file"], asked.body)
+            return await self._uploads.alignment(asked.names["file"], asked.body)
 
     @asynccontextmanager
     async def _reading(self) -> AsyncIterator[None]:

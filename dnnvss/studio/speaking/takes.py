@@ -2,7 +2,6 @@
 
 import io
 import zipfile
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
@@ -180,29 +179,3 @@ class Take:
 def _unit(spoken: Spoken, name: str) -> str:
     gauges = spoken.run.face.gauges
     return gauges[name].unit if name in gauges else ""
-
-
-class Shelf:
-    """The last takes, by id; older ones are forgotten.
-
-    Args:
-        most: takes that are kept.
-        bytes_most: that they may hold together; the last one is kept in any case.
-    """
-
-    def __init__(self, most: int = 150, bytes_most: float = 2e8) -> None:
-        self._takes, self._most, self._bytes_most = OrderedDict[str, Take](), most, bytes_most
-        self._bytes = 0
-
-    def put(self, take: Take) -> None:
-        """Keep a take, and forget the oldest ones for it."""
-        self._takes[take.id] = take
-        self._bytes += take.size
-        while len(self._takes) > self._most or (self._bytes > self._bytes_most and len(self._takes) > 1):
-            self._bytes -= self._takes.popitem(last=False)[1].size
-
-    def get(self, name: str) -> Take | None:
-        """The take of an id, None where it is not kept."""
-        if name in self._takes:
-            self._takes.move_to_end(name)
-        return self._takes.get(name)

@@ -1,11 +1,9 @@
 """What users bring: sounds and phone times, read in a process of its own that can be ended."""
 
-import subprocess
+import asyncio
 import sys
-import threading
-from collections import OrderedDict
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 from secrets import token_urlsafe
 from typing import Any
@@ -15,7 +13,9 @@ from dnnvss.archives import Held, check_arrays, read_arrays
 from dnnvss.errors import DnnvssError
 from dnnvss.media import SOUND_RATE
 from dnnvss.staging import scratch
+from dnnvss.studio.pool import kill
 from dnnvss.studio.reading import SOUND, TIMES
+from dnnvss.studio.speaking.latest import Latest
 from dnnvss.synthesis.request import Recording
 
 SECONDS = 60
@@ -34,27 +34,23 @@ class Uploads:
     """
 
     def __init__(self, folder: Path, most: int = 64, bytes_most: float = 5e8) -> None:
-        self._folder, self._most, self._bytes_most = files.make_folder(folder), most, bytes_most
-        self._sizes, self._lock = OrderedDict[str, int](), threading.Lock()
+        self._folder, self._sounds = files.make_folder(folder), Latest[Path](most, bytes_most)
 
-    def sound(self, data: bytes) -> dict[str, Any]:
+    async def sound(self, data: bytes) -> dict[str, Any]:
         """Keep a sound of any format that can be decoded; return its id and how long it is.
 
         Raises:
             DnnvssError: it cannot be read, is empty or too long.
         """
         name = token_urlsafe(9)
-        with _read_apart(SOUND, data, ".sound") as out:
-            recording = read_sound(out)
-            out.replace(self._path(name))
-        with self._lock:
-            self._sizes[name] = self._path(name).stat().st_size
-            while len(self._sizes) > self._most or (sum(self._sizes.values()) > self._bytes_most
-                                                    and len(self._sizes) > 1):
-                self._path(self._sizes.popitem(last=False)[0]).unlink(missing_ok=True)
+        async with _read_apart(SOUND, data, ".sound") as out:
+            recording = await asyncio.to_thread(read_sound, out)
+            path = out.replace(self._path(name))
+        for old in self._sounds.put(name, path, path.stat().st_size):
+            self._path(old).unlink(missing_ok=True)
         return {"id": name, "seconds": round(len(recording.samples) / recording.rate, 3)}
 
-    def alignment(self, name: str, data: bytes) -> Any:
+    async def alignment(self, name: str, data: bytes) -> Any:
         """Phone times out of a file, as :meth:`dnnvss.timing.Alignment.to_json` gives them.
 
         Raises:
@@ -64,7 +60,7 @@ class Uploads:
         if suffix not in ALIGNMENTS:
             raise DnnvssError(f"phone times in {suffix[:12] or 'a file without suffix'} are not read",
                               remedy=f"Give one of {', '.join(ALIGNMENTS)}")
-        with _read_apart(TIMES, data, suffix) as out:
+        async with _read_apart(TIMES, data, suffix) as out:
             return files.read_json(out)
 
     def path(self, name: str) -> Path:
@@ -73,11 +69,9 @@ class Uploads:
         Raises:
             DnnvssError: it is not there any more.
         """
-        with self._lock:
-            if name not in self._sizes:
-                raise DnnvssError("this sound is not kept any more", remedy="Record or drop it again")
-            self._sizes.move_to_end(name)
-            return self._path(name)
+        if (path := self._sounds.get(name)) is None:
+            raise DnnvssError("this sound is not kept any more", remedy="Record or drop it again")
+        return path
 
     def _path(self, name: str) -> Path:
         return self._folder / f"{name}.npz"
@@ -90,9 +84,9 @@ def read_sound(path: Path) -> Recording:
     return Recording(arrays["full"], SOUND_RATE, arrays["speech"])
 
 
-@contextmanager
-def _read_apart(kind: str, data: bytes, suffix: str) -> Iterator[Path]:
-    """A file with what another process made of the data, for the block.
+@asynccontextmanager
+async def _read_apart(kind: str, data: bytes, suffix: str) -> AsyncIterator[Path]:
+    """A file with what another process made of the data, for the block; who leaves ends that process.
 
     Raises:
         DnnvssError: what was wrong with the data in that process's words, or that it had to be ended.
@@ -100,16 +94,21 @@ def _read_apart(kind: str, data: bytes, suffix: str) -> Iterator[Path]:
     with scratch() as folder:
         given, out = folder / f"given{suffix}", folder / ("read.npz" if kind == SOUND else "read.json")
         given.write_bytes(data)
-        command = [sys.executable, "-m", "dnnvss.studio.reading", kind, str(given), str(out)]
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "dnnvss.studio.reading", kind, str(given), str(out),
+            stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE)
         try:
-            done = subprocess.run(command, capture_output=True, timeout=SECONDS, check=False, text=True,
-                                  stdin=subprocess.DEVNULL)
-        except subprocess.TimeoutExpired:
+            async with asyncio.timeout(SECONDS):
+                _, told = await process.communicate()
+        except TimeoutError:
             raise DnnvssError(f"it could not be read within {SECONDS} s", remedy="Give a shorter one") from None
-        if done.returncode == -9:
+        finally:
+            kill(process)
+            await asyncio.shield(process.wait())
+        if process.returncode == -9:
             raise DnnvssError("the system ended the process that read it", remedy="Send it again in a moment")
-        if done.returncode or not out.is_file():
-            said = done.stderr.strip().splitlines()[-1:] if done.returncode == 1 else []
+        if process.returncode or not out.is_file():
+            said = told.decode(errors="replace").strip().splitlines()[-1:] if process.returncode == 1 else []
             raise DnnvssError((said or ["it cannot be read"])[0].replace(str(given), "what was sent"),
                               remedy="Give a WAV, or phone times as TextGrid")
         yield out

@@ -24,8 +24,9 @@ from dnnvss.runs.choice import finished_runs
 from dnnvss.runs.run import Run
 from dnnvss.shortages import shortage_of
 from dnnvss.studio.page import Content
+from dnnvss.studio.speaking.latest import Latest
 from dnnvss.studio.speaking.saying import Saying
-from dnnvss.studio.speaking.takes import Shelf, Take
+from dnnvss.studio.speaking.takes import Take
 from dnnvss.studio.speaking.uploads import read_sound
 from dnnvss.studio.wire import framed, read_frame
 from dnnvss.style.generator import StyleSettings
@@ -33,6 +34,8 @@ from dnnvss.synthesis.speak import speak, speak_again
 
 _OPEN = 3
 """Runs that are held open."""
+_KEPT = 150, 2e8
+"""Takes that are kept, and bytes that they may hold together."""
 
 
 class Speaker:
@@ -46,7 +49,7 @@ class Speaker:
 
     def __init__(self, runs: Path, styles: Mapping[str, StyleSettings], folder: Path) -> None:
         self._runs, self._styles, self._folder = runs, styles, folder
-        self._opened, self._shelf = OrderedDict[str, Run](), Shelf()
+        self._opened, self._takes = OrderedDict[str, Run](), Latest[Take](*_KEPT)
 
     def warm(self) -> None:
         """Open the run that is asked for first, and say a word with it: what that reads is read once."""
@@ -77,12 +80,12 @@ class Speaker:
 
     def _take(self, job: Mapping[str, Any]) -> Take:
         """The take of a job, said again where it is not kept."""
-        if (known := self._shelf.get(job["take"])) is not None:
+        if (known := self._takes.get(job["take"])) is not None:
             return known
         saying = as_record(
             Saying, job["saying"], "the request", "GET /v1/openapi.json describes it"
         )
-        like = self._shelf.get(job.get("like") or "")
+        like = self._takes.get(job.get("like") or "")
         if like is not None:
             spoken = like.spoken
             request = saying.request(spoken.run.face, self._styles, spoken.request.recording)
@@ -93,7 +96,7 @@ class Speaker:
             take = Take(
                 saying, speak(run, saying.request(run.face, self._styles, recording)), job["take"]
             )
-        self._shelf.put(take)
+        self._takes.put(take.id, take, take.size)
         return take
 
     def _run(self, name: str) -> Run:
