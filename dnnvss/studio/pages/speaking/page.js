@@ -7,9 +7,10 @@ import {Timeline} from '/timeline.js';
 const $ = id => document.getElementById(id);
 const DIALS = {articulation: value => `${value.toFixed(2)} × the talker's`, speed: value => `${value.toFixed(2)} × the talker's`, anticipation: value => `${value} ms`, life: value => value ? `${value.toFixed(2)} × the talker's` : 'still'};
 const SWITCHES = ['closures', 'contacts', 'rest'];
+const RESTING = 250;  // milliseconds without a change after which the hand rests
 const NEAR = 0.02;  // seconds for which a key holds, before and after it
 
-const state = {runs: [], take: null, other: null, pictures: null, others: null, keys: [], words: {}, times: null, sound: null, before: [], changing: false, again: false};
+const state = {runs: [], take: null, pictures: null, others: null, against: '', keys: [], words: {}, times: null, sound: null, before: [], changing: false, again: false, pressed: false, moved: 0};
 
 function say(text, bad = false) { $('said').textContent = text; $('said').classList.toggle('bad', bad); }
 const guarded = work => (...given) => Promise.resolve(work(...given)).catch(error => { if (error.name !== 'AbortError') say(error.message, true); });
@@ -72,9 +73,17 @@ async function speak(begin = true) {
   await show(take, {begin, begun});
 }
 
+// When no button is pressed and nothing was changed for a moment. Until then the worker draws one picture of every
+// change and no others, for which the next change would have to wait.
+async function atRest() {
+  while (state.pressed || performance.now() - state.moved < RESTING) await new Promise(over => setTimeout(over, RESTING / 4));
+}
+for (const [kind, pressed] of [['pointerdown', true], ['pointerup', false], ['pointercancel', false]]) addEventListener(kind, () => { state.pressed = pressed; }, true);
+
 // One change at a time; what was asked for meanwhile is asked for at the end of it.
 const change = guarded(async () => {
   if (!state.take) return;
+  state.moved = performance.now();
   if (state.changing) { state.again = true; return; }
   state.changing = true;
   try {
@@ -101,31 +110,34 @@ async function show(take, {begin = false, begun = performance.now(), same = fals
     if (pictures !== state.pictures) return;
     if (first) { first = false; document.body.dataset.first = Math.round(performance.now() - begun); old?.end(); say(''); }
     paint();
-  });
+  }, same ? atRest() : null);
   if (heard) await player.open(take, await heard);
   describe();
   $('play').disabled = $('time').disabled = false;
-  guarded(beside)();
+  (same ? atRest() : Promise.resolve()).then(guarded(beside));
   if (begin) player.play();
   loaded.then(() => { document.body.dataset.whole = take.id; }, error => { if (error.name !== 'AbortError') say(error.message, true); });
 }
 
-// The other face says the same at the same times.
+// The other face says the same at the same times; a key of this one is none of the other.
 async function beside() {
   const [kind, name] = $('beside').value.split(/:(.*)/s), take = state.take;
   $('second').hidden = !kind;
-  state.others?.end(); state.others = state.other = null;
-  if (!kind || !take) return;
-  const body = {...asked(), alignment: take.alignment, engine: 'none', text: take.text};
+  if (!kind || !take) { state.others?.end(); Object.assign(state, {others: null, against: ''}); return; }
+  const body = {...asked(), alignment: take.alignment, engine: 'none', text: take.text, keys: []};
   const own = state.runs.find(run => run.name === name);
-  if (kind === 'style') { body.style = name; for (const dial of ['articulation', ...SWITCHES]) delete body[dial]; body.keys = []; } else { body.run = name; body.keys = []; }
+  if (kind === 'style') { body.style = name; for (const dial of ['articulation', ...SWITCHES]) delete body[dial]; } else body.run = name;
   if (!(own ? own.listens : body.sound)) delete body.sound;
-  const other = await post('/v1/speak', body);
-  if (take !== state.take) return;
-  state.other = other; state.others = new Pictures(other, $('view').value);
+  const view = $('view').value, against = JSON.stringify([view, body]);
+  if (against === state.against) return;
+  state.against = against;
+  const other = await post('/v1/speak', body).catch(error => { state.against = ''; throw error; });
+  if (against !== state.against) return;
+  state.others?.end();
+  const pictures = state.others = new Pictures(other, view);
   $('other').width = other.width; $('other').height = other.height;
   $('other-told').textContent = kind === 'style' ? `style ${name}` : name;
-  await state.others.load(player.frame(other.frames), paint).catch(error => { if (error.name !== 'AbortError') throw error; });
+  await pictures.load(player.frame(other.frames), paint);
 }
 
 // ---- what is seen ------------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 import {bytes} from '/api.js';
 
-const FIRST = 2, BATCH = 24;
+const BATCH = 8;  // pictures asked for at a time: a change that comes meanwhile waits for so many at most
 
 // The pictures of a take, fetched from a moment on, then the rest.
 export class Pictures {
@@ -22,11 +22,13 @@ export class Pictures {
     await Promise.all(jobs);
   }
 
-  async load(from, shown) {
+  // The picture of a frame, then, after `rested`, the others: from there to the end, then from the start.
+  async load(from, shown, rested = null) {
     const n = this.take.frames, start = Math.min(from, n - 1);
-    await this.fetch(start, Math.min(FIRST, n - start));
+    await this.fetch(start, 1);
     shown();
-    for (let turn = 0; turn < n; ) {  // from the moment on to the end, then from the start
+    await rested;
+    for (let turn = 0; turn < n && !this.stop.signal.aborted; ) {
       const k = (start + turn) % n;
       if (this.held[k]) { turn++; continue; }
       await this.fetch(k, Math.min(BATCH, n - k));
