@@ -2,7 +2,7 @@
 
 import io
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -112,7 +112,7 @@ class Take:
                 "rate": float(spoken.stage.clock.rate), "seconds": self.frames / float(spoken.stage.clock.rate),
                 "width": width, "height": height, "tiers": tiers, "alignment": plan.alignment.to_json(),
                 "curves": curves, "risks": [s.to_json() for s in spoken.risks], "remarks": list(spoken.remarks),
-                "pronunciation": [dict(row) for row in plan.pronunciation], "engine": plan.engine,
+                "pronunciation": [dict(row) for row in plan.pronunciation] or _spoken_as(tiers), "engine": plan.engine,
                 "peaks": self._peaks(), "files": sorted(self.makers), "command": command_line(self.saying, self.spoken),
                 "commands": export_lines(self.saying, self.spoken, self.makers)}
 
@@ -174,6 +174,16 @@ class Take:
         with files.replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
             for name in sorted(set(self.makers) - {path.name}):
                 archive.write(self.file(name, path.parent), name)
+
+
+def _spoken_as(tiers: Mapping[str, Sequence[Sequence[Any]]]) -> list[dict[str, str]]:
+    """The phones of each word as phone times that were given have them, in the rows of a pronunciation report."""
+    rows = []
+    for start, end, word in tiers.get("words", ()):
+        if word:
+            phones = [label for first, last, label in tiers.get("phones", ()) if start <= (first + last) / 2 < end]
+            rows.append({"spoken": word, "phones": " ".join(phones), "source": "times"})
+    return rows
 
 
 def _unit(spoken: Spoken, name: str) -> str:

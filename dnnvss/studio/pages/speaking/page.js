@@ -7,10 +7,12 @@ import {Timeline} from '/timeline.js';
 const $ = id => document.getElementById(id);
 const DIALS = {articulation: value => `${value.toFixed(2)} × the talker's`, speed: value => `${value.toFixed(2)} × the talker's`, anticipation: value => `${value} ms`, life: value => value ? `${value.toFixed(2)} × the talker's` : 'still'};
 const SWITCHES = ['closures', 'contacts', 'rest'];
+const FIELDS = ['text', ...Object.keys(DIALS), 'seed', 'style', ...SWITCHES];
+const milli = seconds => Number(seconds.toFixed(3));
 const RESTING = 250;  // milliseconds without a change after which the hand rests
 const NEAR = 0.02;  // seconds for which a key holds, before and after it
 
-const state = {runs: [], take: null, pictures: null, others: null, against: '', keys: [], words: {}, times: null, sound: null, before: [], changing: false, again: false, pressed: false, moved: 0};
+const state = {runs: [], take: null, pictures: null, others: null, against: '', keys: [], words: {}, times: null, sound: null, awaited: false, before: [], held: '', changing: false, again: false, pressed: false, moved: 0};
 
 function say(text, bad = false) { $('said').textContent = text; $('said').classList.toggle('bad', bad); }
 const guarded = work => (...given) => Promise.resolve(work(...given)).catch(error => { if (error.name !== 'AbortError') say(error.message, true); });
@@ -19,8 +21,8 @@ const guarded = work => (...given) => Promise.resolve(work(...given)).catch(erro
 
 function how() {
   const asked = {style: $('style').value, anticipation: Number($('anticipation').value), keys: state.keys.map(({time, name, low}) =>
-    ({time: Math.max(0, time - NEAR), name, low, high: low, end: time + NEAR}))};
-  asked.life = Number($('life').value);
+    ({time: milli(Math.max(0, time - NEAR)), name, low, high: low, end: milli(time + NEAR)}))};
+  Object.assign(asked, {life: Number($('life').value), seed: $('seed').validity.valid ? Number($('seed').value) : 0});
   if (asked.style !== 'plain') {
     asked.articulation = Number($('articulation').value);
     for (const name of SWITCHES) asked[name] = $(name).checked;
@@ -37,19 +39,18 @@ function asked() {
   return body;
 }
 
-const remember = () => { state.before.push(JSON.stringify({keys: state.keys, words: state.words, times: state.times, form: form()})); if (state.before.length > 100) state.before.shift(); tell(); };
+// ---- what can be taken back --------------------------------------------------------------------------------------
 
-function form() {
-  const held = {text: $('text').value};
-  for (const name of [...Object.keys(DIALS), 'style']) held[name] = $(name).value;
-  for (const name of SWITCHES) held[name] = $(name).checked;
-  return held;
-}
+const now = () => JSON.stringify({keys: state.keys, words: state.words, times: state.times, sound: state.sound, form: form()});
+function remember(then = now()) { state.before.push(then); if (state.before.length > 100) state.before.shift(); tell(); }
 
+const form = () => Object.fromEntries(FIELDS.map(name => [name, $(name).type === 'checkbox' ? $(name).checked : $(name).value]));
+
+// What a form had; a field of which nothing is known goes back to what it is by itself.
 function fill(held) {
-  for (const [name, value] of Object.entries(held)) {
-    const field = $(name);
-    if (field && field.type === 'checkbox') field.checked = value; else if (field) field.value = value;
+  for (const name of FIELDS) {
+    const field = $(name), value = held[name];
+    if (field.type === 'checkbox') field.checked = value ?? field.defaultChecked; else field.value = value ?? field.defaultValue ?? field.options[0].value;
   }
   tell();
 }
@@ -57,9 +58,10 @@ function fill(held) {
 const undo = guarded(async () => {
   const last = state.before.pop();
   if (!last) return;
-  const {keys, words, times, form: held} = JSON.parse(last);
-  Object.assign(state, {keys, words, times});
-  fill(held);
+  const {form: held, ...others} = JSON.parse(last);
+  Object.assign(state, others);
+  fill(held); brought();
+  state.held = now();
   await speak(false);
 });
 
@@ -182,6 +184,7 @@ function options(select, pairs, chosen) {
 
 function describe() {
   const take = state.take;
+  $('about').hidden = false;
   $('face-told').textContent = take.run;
   $('command').textContent = take.command;
   $('files').replaceChildren(...take.files.map(name => {
@@ -192,14 +195,22 @@ function describe() {
     return item;
   }));
   $('remarks').replaceChildren(...take.remarks.filter(Boolean).map(text => Object.assign(document.createElement('li'), {textContent: text})));
-  $('words').tBodies[0].replaceChildren(...take.pronunciation.map(row => {
+  pronounced(take.pronunciation);
+  tell();
+}
+
+// The phones of each word; the fields stay as long as they say the same, and with them who stands in one.
+function pronounced(rows) {
+  const table = $('words').tBodies[0], said = JSON.stringify(rows);
+  if (table.dataset.said === said) return;
+  table.dataset.said = said; $('spoken-as').hidden = !rows.length;
+  table.replaceChildren(...rows.map(row => {
     const line = document.createElement('tr'), field = document.createElement('input');
     field.type = 'text'; field.value = row.phones; field.setAttribute('aria-label', `Phones of ${row.spoken}`);
     field.addEventListener('change', guarded(async () => { remember(); state.words = {...state.words, [row.spoken]: field.value.trim().toUpperCase()}; state.times = null; await speak(); }));
     for (const content of [row.spoken, field, row.source]) { const cell = document.createElement('td'); cell.append(content); line.append(cell); }
     return line;
   }));
-  tell();
 }
 
 // ---- changing it by hand -----------------------------------------------------------------------------------------
@@ -209,14 +220,14 @@ const timeline = new Timeline($('timeline'), {
   grabbed: () => { player.pause(); remember(); },
   dropped: () => { if (timeline.held?.kind !== 'key' && state.edged) { state.edged = false; guarded(speak)(false); } },
   keyed: (key, time, value) => {
-    const fresh = {time, name: $('curve').value, low: Number(value.toFixed(3))};
+    const fresh = {time: milli(time), name: $('curve').value, low: Number(value.toFixed(3))};
     if (key) Object.assign(key, {low: fresh.low}); else state.keys.push(fresh);
     tell(); timeline.draw(); change();
     return key || fresh;
   },
   edged: (index, time) => {
     const take = state.take, times = structuredClone(state.times || take.alignment), edges = times.phones.edges, start = edges[0];
-    const old = edges[index], moved = Math.min(edges[index + 1] - 0.02, Math.max(edges[index - 1] + 0.02, start + time));
+    const old = edges[index], moved = Number(Math.min(edges[index + 1] - 0.02, Math.max(edges[index - 1] + 0.02, start + time)).toFixed(4));
     for (const tier of Object.values(times)) tier.edges = tier.edges.map(edge => Math.abs(edge - old) < 1e-6 ? moved : edge);
     state.times = times; state.edged = true;
     take.tiers.phones[index - 1][1] = take.tiers.phones[index][0] = moved - start;
@@ -258,23 +269,39 @@ $('timeline').addEventListener('keydown', event => {
 
 // ---- what is brought ---------------------------------------------------------------------------------------------
 
-const bring = guarded(async file => {
-  say(`Reading ${file.name} …`);
-  if (/\.json$/i.test(file.name)) {
-    const {saying} = JSON.parse(await file.text());
-    remember();
-    fill(Object.fromEntries(Object.entries(saying).filter(([name]) => name in form())));
-    state.words = saying.pronunciations || {}; state.times = saying.alignment || null;
-    state.keys = (saying.keys || []).map(key => ({time: key.end === null ? key.time : (key.time + key.end) / 2, name: key.name, low: key.low}));
-    return speak();
-  }
+const SESSION = /\.json$/i, TIMES = /\.(textgrid|lab|align)$/i;
+
+// Files that come together: a session first, then a voice, then its phone times; it is spoken once.
+const bring = guarded(async files => {
+  const order = name => SESSION.test(name) ? 0 : TIMES.test(name) ? 2 : 1;
   remember();
-  if (/\.(textgrid|lab|align)$/i.test(file.name)) state.times = await send(`/v1/alignments/${encodeURIComponent(file.name)}`, file);
-  else { state.sound = {...await send('/v1/sounds', file), name: file.name}; state.times = null; }
-  brought(); say('');
-  if ($('text').value.trim() || state.times || state.runs.find(run => run.name === $('run').value)?.reads === false) await speak();
+  for (const file of [...files].sort((a, b) => order(a.name) - order(b.name))) {
+    say(`Reading ${file.name} …`);
+    await [reopen, hear, follow][order(file.name)](file);
+  }
+  brought();
+  if (state.awaited) say('The session was spoken to a voice: drop the speech.wav that was taken with it.');
+  else if ($('text').value.trim() || state.times || state.runs.find(run => run.name === $('run').value)?.reads === false) await speak();
   else say('Type what is said in it, then press Speak; or choose a run that listens to the voice alone.');
 });
+
+async function hear(file) {
+  state.sound = {...await send('/v1/sounds', file), name: file.name};
+  if (!state.awaited) state.times = null;
+  state.awaited = false;
+}
+
+async function follow(file) { state.times = await send(`/v1/alignments/${encodeURIComponent(file.name)}`, file); }
+
+async function reopen(file) {
+  const {saying} = await file.text().then(JSON.parse).catch(() => ({}));
+  if (!saying) throw new Error(`${file.name} is no session of this page`);
+  for (const name of ['run', 'view']) if (![...$(name).options].some(option => option.value === saying[name])) throw new Error(`the session was spoken by ${saying[name]}, which is not here`);
+  for (const name of ['run', 'view']) $(name).value = saying[name];
+  fill(saying);
+  Object.assign(state, {words: saying.pronunciations || {}, times: saying.alignment || null, sound: null, awaited: Boolean(saying.sound),
+    keys: (saying.keys || []).map(key => ({time: key.end === null ? key.time : (key.time + key.end) / 2, name: key.name, low: key.low}))});
+}
 
 function brought() {
   const parts = [state.sound && `voice: ${state.sound.name}, ${state.sound.seconds.toFixed(1)} s`, state.times && 'phone times as given'].filter(Boolean);
@@ -295,16 +322,16 @@ $('record').addEventListener('click', guarded(async () => {
   recorder.addEventListener('stop', () => {
     stream.getTracks().forEach(track => track.stop()); recorder = null;
     $('record').setAttribute('aria-pressed', 'false'); $('record').textContent = 'Record';
-    bring(new File(parts, 'recording.webm'));
+    bring([new File(parts, 'recording.webm')]);
   });
   recorder.start(); $('record').setAttribute('aria-pressed', 'true'); $('record').textContent = 'Stop';
 }));
 
 $('open').addEventListener('click', () => $('file').click());
-$('file').addEventListener('change', () => { if ($('file').files[0]) bring($('file').files[0]); $('file').value = ''; });
+$('file').addEventListener('change', () => { const files = [...$('file').files]; $('file').value = ''; if (files.length) bring(files); });
 addEventListener('dragover', event => { event.preventDefault(); document.body.classList.add('over'); });
 addEventListener('dragleave', event => { if (!event.relatedTarget) document.body.classList.remove('over'); });
-addEventListener('drop', event => { event.preventDefault(); document.body.classList.remove('over'); if (event.dataTransfer.files[0]) bring(event.dataTransfer.files[0]); });
+addEventListener('drop', event => { event.preventDefault(); document.body.classList.remove('over'); if (event.dataTransfer.files.length) bring(event.dataTransfer.files); });
 
 // ---- buttons and dials -------------------------------------------------------------------------------------------
 
@@ -325,12 +352,11 @@ $('curve').addEventListener('change', () => { if (state.take) { timeline.before 
 $('beside').addEventListener('change', guarded(beside));
 $('view').addEventListener('change', guarded(async () => { if (state.take) await show(state.take, {same: true}); }));
 $('run').addEventListener('change', guarded(async () => { state.keys = []; state.before = []; tell(); if (state.take) await speak(false); }));
-for (const name of [...Object.keys(DIALS), 'style', ...SWITCHES]) {
-  let held = null;
-  $(name).addEventListener('pointerdown', () => { held = JSON.stringify({keys: state.keys, words: state.words, times: state.times, form: form()}); });
+for (const name of FIELDS.slice(1)) {
+  for (const kind of ['pointerdown', 'focus']) $(name).addEventListener(kind, () => { state.held = now(); });
   $(name).addEventListener('input', () => { tell(); if (name !== 'speed') change(); });
   $(name).addEventListener('change', guarded(async () => {
-    if (held) { state.before.push(held); held = null; tell(); }
+    remember(state.held); state.held = now();
     if (name === 'speed' && state.take) { if (!state.sound) state.times = null; await speak(false); }
   }));
 }
@@ -344,8 +370,7 @@ async function load() {
   options($('run'), found.runs.map(run => [run.name, `${run.name} (${run.correlation.toFixed(3)})`]), $('run').value || found.runs[0]?.name);
   options($('style'), found.styles.map(name => [name, name]), $('style').value || found.styles[0]);
   options($('beside'), [['', 'nothing'], ...found.styles.map(name => [`style:${name}`, `style ${name}`]), ...found.runs.map(run => [`run:${run.name}`, run.name])], '');
-  $('setup').hidden = found.runs.length > 0; $('whose').hidden = !found.runs.length; $('form').hidden = $('stage').hidden = !found.runs.length;
-  document.querySelector('aside').hidden = !found.runs.length;
+  $('setup').hidden = found.runs.length > 0; $('whose').hidden = !found.runs.length; $('form').hidden = $('stage').hidden = $('how').hidden = !found.runs.length;
   $('setup-why').textContent = found.why;
   tell();
   if (!found.runs.length) guarded(watch)();

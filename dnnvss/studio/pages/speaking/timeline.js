@@ -1,6 +1,6 @@
 // What is said over time: waveform, words, phones, risks, a curve that can be held, and the keys that hold it.
 
-const WAVE = 46, ROW = 22, GAP = 6, PAD = 6;
+const WAVE = 46, ROW = 22, GAP = 6, PAD = 6, CLICK = 3;  // pixels; a hand that moves no further than CLICK only looks
 export const CURVE_TOP = WAVE + 2 * ROW + 3 * GAP;
 
 export class Timeline {
@@ -42,21 +42,21 @@ export class Timeline {
     this.canvas.setPointerCapture(event.pointerId);
     if (y > CURVE_TOP && this.curve) {
       const near = this.keys.findIndex(key => key.name === this.curve && Math.abs(this.x(key.time) - x) < 9);
-      this.held = {kind: 'key', key: near >= 0 ? this.keys[near] : null};
-      this.asked.grabbed();
+      this.held = {kind: 'key', key: near >= 0 ? this.keys[near] : null, from: [x, y]};
     } else {
       const edge = this.edge(x, y);
       this.held = edge ? {kind: 'edge', ...edge} : {kind: 'time'};
       if (edge) this.asked.grabbed();
     }
-    if (this.held.kind === 'time' || this.held.kind === 'key') this.asked.sought(time);
-    this.moved(event);
+    if (this.held.kind !== 'edge') this.asked.sought(this.held.key ? this.held.key.time : time);
   }
 
   moved(event) {
     const [x, y] = this.place(event), time = this.at(x);
+    if (this.held.from && Math.hypot(x - this.held.from[0], y - this.held.from[1]) < CLICK) return;
+    if (this.held.from) { this.held.time = this.at(this.held.from[0]); this.held.from = null; this.asked.grabbed(); }
     if (this.held.kind === 'time') this.asked.sought(time);
-    else if (this.held.kind === 'key') this.held.key = this.asked.keyed(this.held.key, this.held.key ? this.held.key.time : time, this.value(y));
+    else if (this.held.kind === 'key') this.held.key = this.asked.keyed(this.held.key, this.held.key ? this.held.key.time : this.held.time, this.value(y));
     else this.asked.edged(this.held.index, time);
   }
 
