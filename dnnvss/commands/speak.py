@@ -13,6 +13,7 @@ from omegaconf import DictConfig
 from dnnvss import files
 from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import job_number, run_command, typed_settings
+from dnnvss.commands.speak_session import session_request, session_run
 from dnnvss.commands.speak_settings import SpeakSettings, check_files, numbered
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
@@ -46,6 +47,8 @@ def synthesise(config: DictConfig) -> None:
     print("\n".join([*spoken.remarks, *spoken.stage.remarks]))
     exported = write_exports(settings, spoken)
     about = {"style": asdict(settings.style), "keys": settings.import_keys}
+    if settings.session:
+        about = {"session": settings.session}
     keep = Path(settings.wav) if settings.wav else None
     written = write_spoken(spoken, Path(settings.out), about, keep, with_progress)
     print("wrote " + ", ".join(map(str, written + exported)))
@@ -74,7 +77,9 @@ def chosen_run(settings: SpeakSettings) -> Path:
         DnnvssError: no run does with what is given.
     """
     folder, why = Path(settings.run or ""), ""
-    if not settings.run:
+    if settings.session:
+        folder, why = session_run(settings, Path(settings.session)), "of the session"
+    elif not settings.run:
         spoken = SPOKEN if settings.text or settings.alignment or not settings.wav else frozenset()
         heard = HEARD if settings.wav or settings.speech.engine != "none" else frozenset()
         folder, why = best_run(Path(settings.runs), spoken | heard, settings.talker)
@@ -88,8 +93,10 @@ def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:
     Raises:
         DnnvssError: a file that is missing or damaged, or a setting that asks for what there is not.
     """
-    scene = read_scene(settings, run)
     recording = _recording(Path(settings.wav)) if settings.wav else None
+    if settings.session:
+        return session_request(Path(settings.session), run, recording, settings.scale)
+    scene = read_scene(settings, run)
     text = files.as_utf8(settings.text or "")
     alignment = _alignment(Path(settings.alignment), text, recording) if settings.alignment else None
     return SpeakRequest(

@@ -16,7 +16,9 @@ from dnnvss.synthesis.outputs import SOUND, beside
 from dnnvss.synthesis.request import CORPUS, FILLS
 from dnnvss.timing import FrameClock
 
-_INPUTS = ("wav", "alignment", "import_keys", "import_curves", "overrides")
+_INPUTS = ("session", "wav", "alignment", "import_keys", "import_curves", "overrides")
+_IN_SESSION = ("text", "alignment", "overrides", "import_keys", "import_curves", "into", "rate", "total", "talker")
+"""Settings that mean nothing beside a session, which says all of that."""
 _OUTPUTS = ("export_curves", "export_keys", "export_alignment", "export_rig", "export_visemes", "export_edits")
 _ENDINGS = {"out": (".mp4", "export_curves=FILE.csv writes numbers"),
             "export_curves": (".csv", "the trajectory's .npz is written beside the video")}
@@ -47,6 +49,7 @@ class SpeakSettings:
     text: str | None = setting(None)
     wav: str | None = setting(None, path=True)
     alignment: str | None = setting(None, path=True)
+    session: str | None = setting(None, path=True)
     out: str = setting("speech.mp4", path=True)
     rate: FrameClock | None = setting(None)
     into: str | None = setting(None, path=True)
@@ -111,6 +114,10 @@ def check_files(settings: SpeakSettings) -> None:
         path = getattr(settings, name)
         if (path or name == "out") and Path(path).suffix.lower() != ending:
             raise DnnvssError(f"{name}={path} does not end in {ending}", remedy=f"Name it so; {other}")
+    for name in _IN_SESSION:
+        if settings.session and getattr(settings, name) is not None:
+            raise DnnvssError(f"{name}= and session= were both given, and a session says that itself",
+                              remedy="Leave one of them out")
     if settings.run and settings.talker:
         raise DnnvssError(f"talker={settings.talker} chooses among runs, and run={settings.run} names one",
                           remedy="Leave one of them out")

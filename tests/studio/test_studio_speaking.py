@@ -132,7 +132,7 @@ def test_keys_are_held_and_the_rest_stays(client: Client, take: Any) -> None:
 def test_the_command_and_the_files_give_the_same_again(client: Client, take: Any, tmp_path: Path,
                                                        monkeypatch: pytest.MonkeyPatch) -> None:
     key = {"time": 0.5, "end": 0.6, "name": "aperture", "low": 1.0, "high": 1.0}
-    changed = client.json("POST", f"/v1/takes/{take['id']}", {"articulation": 1.3, "keys": [key]})
+    changed = client.json("POST", f"/v1/takes/{take['id']}", {"articulation": 1.3, "seed": 7, "keys": [key]})
     status, data = client.ask("GET", f"/v1/takes/{changed['id']}/files/all.zip")
     assert status == 200
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -140,9 +140,13 @@ def test_the_command_and_the_files_give_the_same_again(client: Client, take: Any
     own = np.load(tmp_path / "speech.npz")["parameters"]
     monkeypatch.chdir(tmp_path)
     words = shlex.split(changed["command"])
-    assert words[:2] == ["python", "synth.py"]
+    assert words[:2] == ["dnnvss", "speak"] and "style.seed=7" in words
+    runs = Path(words[2].removeprefix("run=")).parent
     assert run_command("speak", *words[2:], "out=again.mp4") == 0
-    np.testing.assert_allclose(np.load("again.npz")["parameters"], own, atol=1e-5)
+    assert run_command("speak", "session=session.json", f"runs={runs}", "out=session.mp4") == 0
+    for name in ("again", "session"):
+        np.testing.assert_allclose(np.load(f"{name}.npz")["parameters"], own, atol=1e-5)
+        np.testing.assert_array_equal(list(read_video(Path(f"{name}.mp4"))), list(read_video(Path("speech.mp4"))))
 
 
 def test_a_voice_that_was_brought_is_followed(client: Client, take: Any) -> None:

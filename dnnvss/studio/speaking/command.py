@@ -10,11 +10,11 @@ from dnnvss.synthesis.head import can_show_head
 from dnnvss.synthesis.speak import Spoken
 
 TAKEN = {"sound": "wav=speech.wav", "alignment": "alignment=speech.TextGrid", "keys": "import_keys=keys.csv"}
-"""What of a take stands in a file of its own, and how ``synth.py`` is given that file."""
+"""What of a take stands in a file of its own, and how the command is given that file."""
 
 
 def command_line(saying: Saying, spoken: Spoken) -> str:
-    """``python synth.py ...``, to be run beside the files that were taken away."""
+    """``dnnvss speak ...``, to be run beside the files that were taken away."""
     words = [f"run={spoken.run.folder}"]
     words += [f"text={saying.text}"] if saying.text else []
     words += [TAKEN["sound"]] if saying.sound else []
@@ -30,7 +30,7 @@ def command_line(saying: Saying, spoken: Spoken) -> str:
     words += [f"render={saying.view}"] if saying.view != "face" else []
     words += [TAKEN["keys"]] if saying.keys else []
     words += ["overrides=words.txt"] if saying.pronunciations else []
-    return " ".join(["python synth.py", *map(shlex.quote, words)])
+    return " ".join(["dnnvss speak", *map(shlex.quote, words)])
 
 
 def rig_files(run: Run) -> dict[str, str]:
