@@ -11,7 +11,8 @@ import numpy as np
 from omegaconf import DictConfig
 
 from dnnvss import files
-from dnnvss.commands.arguments import SettingsCommand
+from dnnvss.commands.arguments import SettingsCommand, parse_arguments
+from dnnvss.commands.compose import compose
 from dnnvss.commands.composed import job_number, run_command, typed_settings
 from dnnvss.commands.speak_session import session_request, session_run
 from dnnvss.commands.speak_settings import SpeakSettings, check_files, numbered
@@ -21,7 +22,7 @@ from dnnvss.media import SOUND_RATE, SPEECH_RATE, read_audio
 from dnnvss.runs.choice import HEARD, SPOKEN, best_run
 from dnnvss.runs.run import Run
 from dnnvss.style import read_keys, write_keys
-from dnnvss.style.generator import make_style
+from dnnvss.style.generator import StyleSettings, make_style
 from dnnvss.synthesis.footage import read_footage
 from dnnvss.synthesis.outputs import write_spoken
 from dnnvss.synthesis.plan import check_alignment
@@ -95,7 +96,7 @@ def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:
     """
     recording = _recording(Path(settings.wav)) if settings.wav else None
     if settings.session:
-        return session_request(Path(settings.session), run, recording, settings.scale)
+        return session_request(Path(settings.session), run, recording, named_style, settings.scale)
     scene = read_scene(settings, run)
     text = files.as_utf8(settings.text or "")
     alignment = _alignment(Path(settings.alignment), text, recording) if settings.alignment else None
@@ -121,6 +122,15 @@ def read_scene(settings: SpeakSettings, run: Run) -> Scene:
     if footage is not None:
         footage.usable()
     return Scene(views, footage, settings.into_fill, settings.rate, settings.scale)
+
+
+def named_style(name: str) -> StyleSettings:
+    """A style of ``conf/style``.
+
+    Raises:
+        UsageError: there is none of that name.
+    """
+    return typed_settings(COMMAND, compose(parse_arguments(COMMAND, [f"style={name}"]))).style
 
 
 def _recording(path: Path) -> Recording:

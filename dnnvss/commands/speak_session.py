@@ -1,5 +1,6 @@
 """A session of the studio, said again from a shell: what is said and how stands in the file, in place of settings."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
 from dnnvss.runs.run import Run
 from dnnvss.studio.speaking.saying import Saying
+from dnnvss.style.generator import StyleSettings
 from dnnvss.synthesis.request import Recording, SpeakRequest
 
 _REMEDY = "Take session.json away from the studio once more"
@@ -41,24 +43,25 @@ def session_run(settings: SpeakSettings, path: Path) -> Path:
     return run
 
 
-def session_request(path: Path, run: Run, recording: Recording | None, scale: float) -> SpeakRequest:
+def session_request(
+    path: Path, run: Run, recording: Recording | None, style: Callable[[str], StyleSettings], scale: float
+) -> SpeakRequest:
     """The request that the studio made of it.
 
     Args:
         path: of the session.
         run: that speaks.
         recording: the voice that it was spoken to.
+        style: the style of a name.
         scale: of the pictures.
 
     Raises:
         DnnvssError: it was spoken to a voice and there is none, or the other way about.
     """
-    from dnnvss.commands.studio import styles
-
     saying = read_session(path)
     if (recording is None) != (saying.sound is None):
         told = "was spoken to a voice" if saying.sound else "was spoken without a voice of its own"
         remedy = "Give the speech.wav that lay beside it, as wav=speech.wav" if saying.sound else "Leave wav= out"
         raise DnnvssError(f"the session {told}", file=path, remedy=remedy)
-    request = saying.request(run.face, styles(), recording)
+    request = saying.request(run.face, {saying.style: style(saying.style)}, recording)
     return replace(request, scene=replace(request.scene, scale=scale))

@@ -106,12 +106,8 @@ def _token(host: str) -> tuple[str | None, bool]:
 
 def styles() -> dict[str, StyleSettings]:
     """Every style of ``conf/style`` by its name."""
-    from dnnvss.commands.arguments import parse_arguments
-    from dnnvss.commands.compose import compose
-    from dnnvss.commands.composed import typed_settings
     from dnnvss.commands.conf import choices, conf_folder
-    from dnnvss.commands.speak import COMMAND
+    from dnnvss.commands.speak import named_style
 
     names = sorted(choices([conf_folder()], "style"), key=lambda name: name != "articulated")
-    return {name: typed_settings(COMMAND, compose(parse_arguments(COMMAND, [f"style={name}"]))).style
-            for name in names}
+    return {name: named_style(name) for name in names}
