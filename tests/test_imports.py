@@ -51,7 +51,7 @@ def test_a_circle_is_found(tmp_path):
 
 def test_an_import_inside_a_function_and_a_relative_one_count():
     graph = house()
-    assert "dnnvss.errors" in graph["dnnvss.files"]
+    assert "dnnvss.errors" in graph["dnnvss.files.whole"]
     assert "data_prep.alignments" in graph["data_prep.pipeline"]
     assert graph["dnnvss.errors"] == set()
 

@@ -306,7 +306,8 @@ def test_a_disk_that_is_full_ends_every_stage_in_one_line_and_is_resumed(
                 full.append(path)
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(files, "replacing", watched)
+    for module in (files, files.writing):
+        monkeypatch.setattr(module, "replacing", watched)
     for _ in range(99):
         stopped = len(full)
         try:
