@@ -23,6 +23,7 @@ import math
 import os
 import types
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -158,9 +159,12 @@ def unknown_setting(name: str, known: Iterable[str]) -> DnnvssError:
     return DnnvssError(f"{name} is no setting", remedy=remedy)
 
 
-def type_hints(cls: Any) -> dict[str, Any]:
+def type_hints(cls: Any) -> Mapping[str, Any]:
     """The annotations of a settings dataclass, resolved."""
-    return get_type_hints(cls)
+    return _hints(cls)
+
+
+_hints = cache(get_type_hints)
 
 
 def shown(value: Any) -> str:

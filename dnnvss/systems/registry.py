@@ -8,6 +8,7 @@ import importlib
 import pkgutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any
 
 from dnnvss.errors import DnnvssError
@@ -131,9 +132,15 @@ def declared(base: type, name: str) -> dict[str, type[Any]]:
     All modules of this package are imported first.
     """
     package = importlib.import_module(__package__)
-    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-        importlib.import_module(module.name)
+    _import_all(package.__name__, tuple(package.__path__))
     return {vars(cls)[name]: cls for cls in _subclasses(base) if name in vars(cls)}
+
+
+@cache
+def _import_all(package: str, folders: tuple[str, ...]) -> None:
+    """Import all modules of a package, once: to look for them takes longer than to read the settings of a system."""
+    for module in pkgutil.walk_packages(folders, f"{package}."):
+        importlib.import_module(module.name)
 
 
 def _subclasses(base: type) -> Iterator[type[Any]]:

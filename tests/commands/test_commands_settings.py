@@ -1,5 +1,6 @@
 """Settings without hydra are those that hydra gives; every setting of ``conf/`` refuses a value of another type."""
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -84,14 +85,13 @@ def everything(name: str) -> dict[str, Any]:
     return plain_settings(composed(COMMANDS[name], *BASES[name][0]))
 
 
-def refusals(name: str, values: dict[str, Any], key: str) -> list[str | None]:
-    """What is said of a setting with each of the wrong values; None where it is taken."""
-    command, said = COMMANDS[name], []
-    for wrong in WRONG:
-        override, = parse_arguments(command, [f"{key}={wrong}"]).overrides
-        value = parsed(Override("", "value", wrong, override.text).for_hydra())
+def refusals(name: str, values: dict[str, Any], typed: Sequence[Override]) -> list[str | None]:
+    """What is said of a setting that is typed with each of the wrong values; None where it is taken."""
+    said: list[str | None] = []
+    for own in typed:
+        value = parsed(Override("", "value", own.value, own.text).for_hydra())
         try:
-            read_settings(command.root, changed(values, key, value), "")
+            read_settings(COMMANDS[name].root, changed(values, own.key, value), "")
             said.append(None)
         except DnnvssError as error:
             said.append(str(error))
@@ -105,8 +105,10 @@ def test_every_setting_refuses_a_value_of_another_type_in_one_line(name: str, ch
     typed_settings(COMMANDS[name], config)  # as it stands it is taken
     own = plain_settings(config)
     group = chosen[0].partition("=")[0] if chosen and "=" in chosen[0] else ""
-    for key in names_of({group: own[group]}) - names_of(everything(name)) if group else names_of(own):
-        said = refusals(name, own, key)
+    keys = sorted(names_of({group: own[group]}) - names_of(everything(name)) if group else names_of(own))
+    typed = parse_arguments(COMMANDS[name], [f"{key}={wrong}" for key in keys for wrong in WRONG]).overrides
+    for key, wrongs in zip(keys, (typed[at:at + len(WRONG)] for at in range(0, len(typed), len(WRONG))), strict=True):
+        said = refusals(name, own, wrongs)
         texts = [text for text in said if text is not None]
         assert all("\n" not in text and key.partition(".")[0] in text for text in texts), (key, texts)
         if not is_text(COMMANDS[name].root, key):
