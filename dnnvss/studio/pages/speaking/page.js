@@ -12,7 +12,7 @@ const milli = seconds => Number(seconds.toFixed(3));
 const RESTING = 250;  // milliseconds without a change after which the hand rests
 const NEAR = 0.02;  // seconds for which a key holds, before and after it
 
-const state = {runs: [], take: null, pictures: null, others: null, against: '', keys: [], words: {}, times: null, sound: null, awaited: false, before: [], held: '', changing: false, again: false, pressed: false, moved: 0};
+const state = {runs: [], take: null, pictures: null, others: null, against: '', keys: [], words: {}, times: null, sound: null, awaited: false, before: [], held: '', origin: null, changing: false, again: false, pressed: false, moved: 0};
 
 function say(text, bad = false) { $('said').textContent = text; $('said').classList.toggle('bad', bad); }
 const guarded = work => (...given) => Promise.resolve(work(...given)).catch(error => { if (error.name !== 'AbortError') say(error.message, true); });
@@ -41,8 +41,10 @@ function asked() {
 
 // ---- what can be taken back --------------------------------------------------------------------------------------
 
+// What is changed is drawn over what it was when a hand took hold of it.
+const hold = () => { state.origin = state.take; return now(); };
 const now = () => JSON.stringify({keys: state.keys, words: state.words, times: state.times, sound: state.sound, form: form()});
-function remember(then = now()) { state.before.push(then); if (state.before.length > 100) state.before.shift(); tell(); }
+function remember(then = hold()) { state.before.push(then); if (state.before.length > 100) state.before.shift(); tell(); }
 
 const form = () => Object.fromEntries(FIELDS.map(name => [name, $(name).type === 'checkbox' ? $(name).checked : $(name).value]));
 
@@ -102,7 +104,7 @@ async function show(take, {begin = false, begun = performance.now(), same = fals
   state.take = take;
   if (!same) { player.pause(); player.time = 0; state.keys = state.keys.filter(key => take.curves[key.name] && key.time < take.seconds); }
   if (before?.curves !== take.curves && !same) options($('curve'), Object.entries(take.curves).map(([name, own]) => [name, own.unit ? `${name} (${own.unit})` : name]), curve);
-  timeline.before = same ? before : null;
+  timeline.before = same ? state.origin : null;
   timeline.show(take, curve, state.keys, same);
   const old = state.pictures, pictures = state.pictures = new Pictures(take, $('view').value);
   for (const canvas of [$('face')]) if (canvas.width !== take.width || canvas.height !== take.height) { canvas.width = take.width; canvas.height = take.height; }
@@ -353,7 +355,7 @@ $('beside').addEventListener('change', guarded(beside));
 $('view').addEventListener('change', guarded(async () => { if (state.take) await show(state.take, {same: true}); }));
 $('run').addEventListener('change', guarded(async () => { state.keys = []; state.before = []; tell(); if (state.take) await speak(false); }));
 for (const name of FIELDS.slice(1)) {
-  for (const kind of ['pointerdown', 'focus']) $(name).addEventListener(kind, () => { state.held = now(); });
+  for (const kind of ['pointerdown', 'focus']) $(name).addEventListener(kind, () => { state.held = hold(); });
   $(name).addEventListener('input', () => { tell(); if (name !== 'speed') change(); });
   $(name).addEventListener('change', guarded(async () => {
     remember(state.held); state.held = now();
