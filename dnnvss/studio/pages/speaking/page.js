@@ -71,6 +71,7 @@ const undo = guarded(async () => {
 
 async function speak(begin = true) {
   if (!$('run').value) return;
+  if (!$('text').value.trim() && !state.sound && !state.times) { say('Type what the face is to say, or bring a voice.', true); return; }
   say('Speaking …');
   const begun = performance.now();
   const take = await post('/v1/speak', asked());
@@ -106,21 +107,24 @@ async function show(take, {begin = false, begun = performance.now(), same = fals
   if (before?.curves !== take.curves && !same) options($('curve'), Object.entries(take.curves).map(([name, own]) => [name, own.unit ? `${name} (${own.unit})` : name]), curve);
   timeline.before = same ? state.origin : null;
   timeline.show(take, curve, state.keys, same);
-  const old = state.pictures, pictures = state.pictures = new Pictures(take, $('view').value);
-  for (const canvas of [$('face')]) if (canvas.width !== take.width || canvas.height !== take.height) { canvas.width = take.width; canvas.height = take.height; }
   const heard = same ? null : (take.peaks.length ? bytes(`/v1/takes/${take.id}/sound`) : Promise.resolve(null));
-  let first = true;
-  const loaded = pictures.load(player.frame(take.frames), () => {
-    if (pictures !== state.pictures) return;
-    if (first) { first = false; document.body.dataset.first = Math.round(performance.now() - begun); old?.end(); say(''); }
-    paint();
-  }, same ? atRest() : null);
+  const pictures = new Pictures(take, $('view').value), from = player.frame(take.frames), first = pictures.fetch(from, 1);
   if (heard) await player.open(take, await heard);
-  describe();
+  await first;
+  if (take !== state.take) { pictures.end(); return; }
+  const face = $('face');
+  if (face.width !== take.width || face.height !== take.height) Object.assign(face, {width: take.width, height: take.height});
+  state.pictures?.end(); state.pictures = pictures;
+  document.body.dataset.first = Math.round(performance.now() - begun);
+  say(''); paint(); describe();
   $('play').disabled = $('time').disabled = false;
-  (same ? atRest() : Promise.resolve()).then(guarded(beside));
   if (begin) player.play();
-  loaded.then(() => { document.body.dataset.whole = take.id; }, error => { if (error.name !== 'AbortError') say(error.message, true); });
+  guarded(async () => {
+    if (same) await atRest();
+    guarded(beside)();
+    await pictures.rest(from, paint);
+    if (pictures === state.pictures) document.body.dataset.whole = take.id;
+  })();
 }
 
 // The other face says the same at the same times; a key of this one is none of the other.
@@ -141,7 +145,7 @@ async function beside() {
   const pictures = state.others = new Pictures(other, view);
   $('other').width = other.width; $('other').height = other.height;
   $('other-told').textContent = kind === 'style' ? `style ${name}` : name;
-  await pictures.load(player.frame(other.frames), paint);
+  await pictures.rest(player.frame(other.frames), paint);
 }
 
 // ---- what is seen ------------------------------------------------------------------------------------------------

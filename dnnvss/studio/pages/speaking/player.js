@@ -4,7 +4,7 @@ import {bytes} from '/api.js';
 
 const BATCH = 8;  // pictures asked for at a time: a change that comes meanwhile waits for so many at most
 
-// The pictures of a take, fetched from a moment on, then the rest.
+// The pictures of a take, fetched a few at a time.
 export class Pictures {
   constructor(take, view) {
     this.take = take; this.view = view; this.held = new Array(take.frames).fill(null); this.stop = new AbortController();
@@ -22,14 +22,11 @@ export class Pictures {
     await Promise.all(jobs);
   }
 
-  // The picture of a frame, then, after `rested`, the others: from there to the end, then from the start.
-  async load(from, shown, rested = null) {
-    const n = this.take.frames, start = Math.min(from, n - 1);
-    await this.fetch(start, 1);
-    shown();
-    await rested;
+  // Those that are not there yet, from a frame on to the end, then from the start.
+  async rest(from, shown) {
+    const n = this.take.frames;
     for (let turn = 0; turn < n && !this.stop.signal.aborted; ) {
-      const k = (start + turn) % n;
+      const k = (from + turn) % n;
       if (this.held[k]) { turn++; continue; }
       await this.fetch(k, Math.min(BATCH, n - k));
       shown();
