@@ -287,7 +287,11 @@ def _text(key: Any, name: str) -> str:
 
 
 def _refuse(name: str, value: Any, kind: Any, checks: Checks) -> NoReturn:
-    raise DnnvssError(f"{name}={shown(value)} is no {_noun(kind)}", remedy=f"Give {_expected(kind, checks)}")
+    remedy = f"Give {_expected(kind, checks)}"
+    if kind is str and not checks.choices and isinstance(value, bool | int | float):
+        remedy += (", in quotes: YAML takes yes, no, on and off for true and false" if isinstance(value, bool)
+                   else f', in quotes: "{value}"')
+    raise DnnvssError(f"{name}={shown(value)} is no {_noun(kind)}", remedy=remedy)
 
 
 def _noun(kind: Any) -> str:

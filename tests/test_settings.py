@@ -65,7 +65,9 @@ def test_values_become_what_the_annotation_says() -> None:
     ({"share": None}, "every.share=null is no number. Give a number, more than 0 and 1 at most."),
     ({"graph": [1]}, "every.graph=[1] is no true or false. Give true or false."),
     ({"graph": 1}, "every.graph=1 is no true or false. Give true or false."),
-    ({"name": 5}, "every.name=5 is no text. Give text."),
+    ({"name": 5}, 'every.name=5 is no text. Give text, in quotes: "5".'),
+    ({"name": True}, "every.name=true is no text. Give text, in quotes: YAML takes yes, no, on and off for true and "
+     "false."),
     ({"raw": ""}, "every.raw='' is no path. Give a path."),
     ({"raw": 5}, "every.raw=5 is no path. Give a path."),
     ({"total": "abc"}, "every.total=abc is no number. Give a number, more than 0 or null."),

@@ -39,6 +39,17 @@ class Flags(argparse.ArgumentParser):
                 setattr(options, name, [at_home(each) if isinstance(each, Path) else each for each in value])
         return options
 
+    def commands(self) -> Callable[[str, Callable[[argparse.Namespace], None], str], "Flags"]:
+        """What adds a command below this one: its name, what it does with the options (``work``), and its help."""
+        below = self.add_subparsers(required=True, metavar="COMMAND")
+
+        def add(name: str, work: Callable[[argparse.Namespace], None], text: str) -> Flags:
+            added: Flags = below.add_parser(name, help=text, description=text)
+            added.set_defaults(work=work)
+            return added
+
+        return add
+
     def error(self, message: str) -> NoReturn:
         """Refuse a command line in one line."""
         raise UsageError(_reworded(message), remedy=f"{self.prog} --help lists the options")

@@ -74,13 +74,7 @@ def check(options: argparse.Namespace) -> None:
 def main(arguments: Sequence[str]) -> int:
     """Run one of the commands."""
     parser = Flags(prog="dnnvss label", description=__doc__)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-
-    def add(name: str, work: object, text: str) -> argparse.ArgumentParser:
-        added = commands.add_parser(name, help=text, description=text)
-        added.set_defaults(work=work)
-        return added
-
+    add = parser.commands()
     chooser = add("choose", choose, "export the frames that are worth labelling, with starting guesses")
     chooser.add_argument("folder", type=Path, metavar="VIDEOS", help="folder of videos, or one video")
     chooser.add_argument("--count", type=whole(1), default=30, help="how many frames (30)")

@@ -10,8 +10,8 @@ A DESIGN is a file of conf/viewing, or your own such file.
 
 import argparse
 import shlex
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from dnnvss.commands.usage import DONE, UsageError
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.design import Design
 from dnnvss.formats.tables import aligned
+from dnnvss.progress import counted
 from dnnvss.settings import read_settings
 
 _GROUP = "viewing"
@@ -58,7 +59,11 @@ def make(options: argparse.Namespace) -> None:
         design = replace(design, sentences=options.sentences, per_viewer=min(design.per_viewer, options.sentences))
     if options.seed is not None:
         design = replace(design, seed=options.seed)
-    with _counted() as told:
+    with counted(desc="rendering", unit="stimuli") as bar:
+        def told(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
         sheet = make_test(design, options.runs, run_titles(options.runs), options.out, options.jobs, told)
     for folder in note_test(sheet, options.out):
         print(f"{folder} cannot be written: viewers' scores will not be left there")
@@ -66,18 +71,6 @@ def make(options: argparse.Namespace) -> None:
     print(f"{len(sheet.stimuli)} stimuli, {len(sheet.lists)} lists of {len(sheet.lists[0])} trials\n"
           f"wrote {page}: open it, put its folder on a web host, or: dnnvss viewing serve {out}\n"
           f"{options.out / 'key.json'} says what each stimulus is: keep it from viewers")
-
-
-@contextmanager
-def _counted() -> Iterator[Callable[[int], None]]:
-    """A function that is told how many stimuli are finished."""
-    from tqdm import tqdm
-
-    with tqdm(desc="rendering", unit=" stimuli", disable=None) as bar:
-        def told(done: int) -> None:
-            bar.update(done - bar.n)
-
-        yield told
 
 
 def serve(options: argparse.Namespace) -> None:
@@ -173,13 +166,7 @@ def _number(least: float, most: float) -> Callable[[str], float]:
 def main(arguments: Sequence[str]) -> int:
     """Run one of the commands."""
     parser = Flags(prog="dnnvss viewing", description=__doc__)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-
-    def add(name: str, work: object, text: str) -> argparse.ArgumentParser:
-        added = commands.add_parser(name, help=text, description=text)
-        added.set_defaults(work=work)
-        return added
-
+    add = parser.commands()
     maker = add("make", make, "render the stimuli of a test and write its page")
     maker.add_argument("design", metavar="DESIGN",
                        help=f"{', '.join(choices([conf_folder()], _GROUP))}, or a file of your own")

@@ -16,6 +16,7 @@ from dnnvss.evaluation.viewing.tables import (
     interval,
     names_of,
     number,
+    own_means,
     p_value,
 )
 
@@ -59,10 +60,9 @@ def _rates(sheet: Sheet, judged: Judgements, title: str, chance: float) -> tuple
         mask = judged.condition == k
         if not mask.any():
             continue
-        own = np.array([judged.value[mask & (judged.viewer == v)].mean() for v in np.unique(judged.viewer[mask])])
-        over = share_over_viewers(own, chance)
+        over = share_over_viewers(own_means(judged.value[mask], judged.viewer[mask]), chance)
         exact = exact_share(int(judged.value[mask].sum()), int(mask.sum()), chance)
-        scores[name] = Score(over.value, over.low, over.high)
+        scores[name] = Score.of(over)
         tested = (p_value(over.p), p_value(exact.p)) if chance else (NONE, NONE)
         rows.append((name, str(int(mask.sum())), interval(over), tested[0], interval(exact), tested[1]))
     by = f"p (of {chance:.3g})" if chance else "p"

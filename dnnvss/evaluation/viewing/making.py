@@ -16,7 +16,8 @@ from dnnvss.evaluation.viewing.sheet import ANSWERS, PAGE, Sheet, Shown, Stimulu
 from dnnvss.evaluation.viewing.stimuli import Studio, make_clip, stimulus_id, write_clip
 from dnnvss.processes import parallel
 
-Told = Callable[[int], None]
+Told = Callable[[int, int], None]
+"""Is told how many stimuli are finished, and of how many."""
 CHECK_WORD = "check"
 """What is to be typed where a viewer's attention is checked."""
 
@@ -33,7 +34,7 @@ class Job:
 
 
 def make_test(design: Design, folders: Sequence[Path], names: Sequence[str], out: Path, jobs: int = 1,
-              told: Told = lambda done: None) -> Sheet:
+              told: Told = lambda done, total: None) -> Sheet:
     """Render the stimuli of a test and write ``page/`` (what viewers get) and ``key.json`` (what they must not get).
 
     Stimuli that are there already stay: the same command again goes on where it stopped.
@@ -44,7 +45,7 @@ def make_test(design: Design, folders: Sequence[Path], names: Sequence[str], out
         names: of the runs, for tables.
         out: the folder of the test.
         jobs: processes.
-        told: is given the number of stimuli that are finished.
+        told: is told of every stimulus that is finished; of those of several processes at the end.
 
     Raises:
         DnnvssError: runs that do not fit together, too few sentences, a condition that cannot be shown or shows what
@@ -118,11 +119,12 @@ def _rendered(shares: Sequence[Job], studio: Studio, told: Told) -> list[list[St
 
     with parallel(len(shares)):
         made: list[list[Stimulus]] = Parallel()(delayed(_render)(job) for job in shares)
-    told(sum(map(len, made)))
+    count = sum(map(len, made))
+    told(count, count)
     return made
 
 
-def _render(job: Job, studio: Studio | None = None, told: Told = lambda done: None) -> list[Stimulus]:
+def _render(job: Job, studio: Studio | None = None, told: Told = lambda done, total: None) -> list[Stimulus]:
     """Write the stimuli of a share that are not there yet."""
     studio = studio or Studio.open(job.design, job.folders)
     found = []
@@ -135,7 +137,7 @@ def _render(job: Job, studio: Studio | None = None, told: Told = lambda done: No
                 write_clip(clip, path, job.design.quality)
             found.append(Stimulus(name, k, number, round(clip.seconds, 6), float(clip.clock.rate), job.design.seed,
                                   __version__))
-            told(len(found))
+            told(len(found), len(job.items) * len(job.conditions))
     return found
 
 

@@ -20,6 +20,7 @@ from dnnvss.evaluation.viewing.tables import (
     interval,
     names_of,
     over_viewers,
+    own_means,
     p_value,
 )
 
@@ -31,7 +32,7 @@ def preference(sheet: Sheet, judged: Judgements) -> Found:
         ahead, viewer = _ahead(judged, a, b)
         if not len(ahead):
             continue
-        own = np.array([ahead[viewer == v].mean() for v in np.unique(viewer)])
+        own = own_means(ahead, viewer)
         share = share_over_viewers(own)
         tested.append(share.p)
         over.append([names[a], names[b], str(len(ahead)), str(int((ahead == 0.5).sum())), interval(share),
@@ -85,8 +86,7 @@ def _preferred(judged: Judgements, conditions: int) -> np.ndarray:
 
 def _sides(sheet: Sheet, judged: Judgements) -> Table:
     """Whether viewers have a side, whatever is on it."""
-    own = np.array([judged.value[judged.viewer == v].mean() for v in range(len(judged.viewers))])
-    left = share_over_viewers(own)
+    left = share_over_viewers(own_means(judged.value, judged.viewer))
     return Table("The left side", ("share for the left", "p"), ((interval(left), p_value(left.p)),),
                  ("Sides are drawn so that they cancel out; a share far from one half tells of careless viewers.",))
 

@@ -22,6 +22,7 @@ from dnnvss.evaluation.viewing.tables import (
     names_of,
     number,
     over_viewers,
+    own_means,
     p_value,
 )
 
@@ -131,9 +132,8 @@ def dscqs(sheet: Sheet, judged: Judgements) -> Found:
         mask = other == k
         if k == reference or not mask.any():
             continue
-        own = np.array([difference[mask & (judged.viewer == v)].mean() for v in np.unique(judged.viewer[mask])])
-        over = mean_interval(own)
-        scores[name] = Score(over.value, over.low, over.high)
+        over = mean_interval(own_means(difference[mask], judged.viewer[mask]))
+        scores[name] = Score.of(over)
         tested.append(over.p)
         rows.append([name, str(int(mask.sum())), interval(over, 1), p_value(over.p)])
         grid = np.full((len(judged.viewers), len(sheet.sentences)), np.nan)

@@ -32,6 +32,11 @@ class Score:
     low: float
     high: float
 
+    @classmethod
+    def of(cls, share: Share) -> "Score":
+        """The score that a share or mean over viewers is."""
+        return cls(share.value, share.low, share.high)
+
 
 @dataclass(frozen=True)
 class Found:
@@ -74,11 +79,14 @@ def differences(names: Sequence[str], difference: Callable[[int, int], Share], t
     return Table(f"Differences in {title}", ("first", "second", "first less second", "p", "p (Holm)"), rows)
 
 
+def own_means(values: np.ndarray, viewer: np.ndarray) -> np.ndarray:
+    """The mean of each viewer's own values (V,), of all values (N,) and who gave them (N,)."""
+    return np.array([values[viewer == v].mean() for v in np.unique(viewer)])
+
+
 def over_viewers(values: np.ndarray, viewer: np.ndarray, of: Callable[[np.ndarray], Share]) -> Score:
     """The mean of viewers' own means with its interval."""
-    own = np.array([values[viewer == v].mean() for v in np.unique(viewer)])
-    found = of(own)
-    return Score(found.value, found.low, found.high)
+    return Score.of(of(own_means(values, viewer)))
 
 
 def agreement_table(alpha: float, about: str) -> Table:
