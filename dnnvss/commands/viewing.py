@@ -28,6 +28,8 @@ from dnnvss.settings import read_settings
 _GROUP = "viewing"
 _SHOWN = 40
 """Rows of a table that are printed."""
+_EVERY = ("", "0.0.0.0", "::")
+"""Hosts that stand for all addresses of a machine."""
 
 
 def read_design(name: str) -> Design:
@@ -78,6 +80,9 @@ def serve(options: argparse.Namespace) -> None:
     from dnnvss.studio.server import Server
     from dnnvss.studio.viewing import ViewingDesk
 
+    if options.host in _EVERY and not options.name:
+        raise UsageError(f"--host {options.host} is every address of this machine, and viewers would be refused",
+                         remedy="Name the one that they open: --name 192.168.0.7:8767, say")
     desk = ViewingDesk(options.test, options.most)
     with Server(desk.page(), options.port, options.host, names=options.name) as server:
         print(f"{len(desk.sheet.lists)} lists, {desk.count} answers so far; open {server.url} (Ctrl-C ends)",

@@ -1,6 +1,7 @@
 """The pages of viewing tests: as a folder for any host, and as a server that hands out lists and takes answers."""
 
 import json
+import logging
 import threading
 import time
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from dnnvss.records import as_record
 from dnnvss.settings import setting
 from dnnvss.studio.page import Page, Route
 
+_LOG = logging.getLogger(__name__)
 PATIENCE = 3 * 3600.0
 """Seconds for which a list that was handed out counts as seen, though no answer has come."""
 _MOST = 10_000
@@ -128,11 +130,20 @@ class ViewingDesk:
             if self._files >= self._most:
                 raise DnnvssError("this test takes no more answers",
                                   remedy="Keep the file that the page offers, and tell who made the test")
-            files.write_json(path, asdict(answer))
+            self._keep(path, answer)
             self._files += 1
             self._done[answer.viewer] = answer.list
             self._out.pop(answer.viewer, None)
         return path.name
+
+    def _keep(self, path: Path, answer: Answer) -> None:
+        """Write an answer; where that fails, who made the test is told why, and the viewer what to do."""
+        try:
+            files.write_json(path, asdict(answer))
+        except DnnvssError as error:
+            _LOG.warning("an answer was not kept: %s", error)
+            raise DnnvssError("your answers cannot be kept here now",
+                              remedy="Save them as a file, and tell who made the test") from error
 
 
 def _known(viewer: str) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from browser import CHROMIUM, Browser, open_browser
+from conftest import run_command
 from viewing_cases import design, plain, sheet_of, simulated, write_test
 
 from dnnvss import files
@@ -246,6 +247,28 @@ def test_so_many_answers_are_kept_and_no_more(folder: Path) -> None:
     assert sorted(p.name for p in (folder / "answers").iterdir()) == sorted(names)
     for name in names:
         (folder / "answers" / name).unlink()
+
+
+def test_a_full_disk_keeps_no_answer_and_tells_the_viewer_no_path(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    desk = ViewingDesk(folder)
+    sent = plain(simulated(desk.sheet, 1, {"good": 1.0, "bad": 0.0}))
+
+    def full(path: Path, value: Any) -> None:
+        raise DnnvssError("cannot be written (No space left on device)", file=path)
+
+    with monkeypatch.context() as disk:
+        disk.setattr(files, "write_json", full)
+        with pytest.raises(DnnvssError, match=r"cannot be kept here now.*Save them as a file") as told:
+            desk.take(sent)
+    assert str(folder) not in str(told.value) and "No space left" in caplog.text and desk.count == 0
+    (folder / "answers" / desk.take(sent)).unlink()  # sent again
+
+
+def test_all_addresses_need_the_name_that_viewers_open(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command("viewing", "serve", folder, "--host", "0.0.0.0", "--port", "0") == 2
+    assert "--name 192.168.0.7:8767" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["answers", "page"])
