@@ -19,7 +19,7 @@ SHOWN = 200
 _WIDTH, _LEFT, _ROW = 760, 200, 30
 _STYLE = """
 ul.warnings { border-left: 3px solid var(--bad); background: var(--wash); padding: 10px 12px 10px 32px; }
-svg { max-width: 760px; } svg .mark { stroke: var(--accent); fill: var(--accent); }
+svg { min-width: 560px; max-width: 760px; } svg .mark { stroke: var(--accent); fill: var(--accent); }
 thead th { white-space: normal; } .note { margin-top: 6px; }
 """
 
@@ -87,7 +87,7 @@ def html_page(result: Analysis) -> str:
     warnings = "".join(f"<li>{html.escape(w)}</li>" for w in result.warnings)
     said = f'<ul class="warnings">{warnings}</ul>' if warnings else ""
     body = (f'<h1>{html.escape(title)}</h1><p class="lead">{html.escape(lead(result))}</p>{said}'
-            f"<h2>Scores: {html.escape(result.unit)}</h2>{plot(result.scores)}"
+            f"<h2>Scores: {html.escape(result.unit)}</h2>{wide(plot(result.scores), 'Scores')}"
             '<p class="note">With the 95&nbsp;% interval over viewers.</p>'
             f'{"".join(map(_table, result.tables))}<h2>Who answered</h2>{_people(result)}')
     return document(title, body, _STYLE)

@@ -92,4 +92,5 @@ def over_viewers(values: np.ndarray, viewer: np.ndarray, of: Callable[[np.ndarra
 def agreement_table(alpha: float, about: str) -> Table:
     """The table of how far viewers agree about something."""
     return Table("Agreement of viewers", ("Krippendorff's alpha",), ((number(alpha),),),
-                 (f"About {about}: 1 is one mind, 0 is chance.",))
+                 (f"About {about}: 1 is one mind, 0 what the same answers would give if they were dealt out at random, "
+                  "however many of them are alike.",))
