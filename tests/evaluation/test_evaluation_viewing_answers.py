@@ -18,7 +18,7 @@ from dnnvss.evaluation.viewing.analysis import analyse
 from dnnvss.evaluation.viewing.answers import MOST, Answer, Received, Row, answer_files, receive
 from dnnvss.evaluation.viewing.design import Condition, conditions_of
 from dnnvss.evaluation.viewing.judgements import judgements, told
-from dnnvss.evaluation.viewing.lists import cells_of, check_places, list_count, ordered
+from dnnvss.evaluation.viewing.lists import ORDERS, cells_of, check_places, list_count, ordered
 from dnnvss.evaluation.viewing.making import script_json
 from dnnvss.evaluation.viewing.report import html_page, markdown, write_report
 from dnnvss.evaluation.viewing.run_scores import leave_scores, note_test, read_scores
@@ -67,6 +67,12 @@ def test_all_lists_together_show_every_cell_equally_often(every: bool, ways: int
         assert sorted(order) == sorted(row)
         assert all(a != b for (a, _), (b, _) in zip(order[1:], order, strict=False))
     assert len({tuple(ordered(lists[0], 0, k)) for k in range(5)}) > 1
+
+
+def test_viewers_who_see_all_see_it_in_orders_of_their_own() -> None:
+    sheet = sheet_of(design("single", checks=0))
+    assert len(sheet.lists) == len(set(sheet.lists)) == ORDERS and len({row[0] for row in sheet.lists}) > 8
+    assert {tuple(sorted(row)) for row in sheet.lists} == {tuple(range(16))}
 
 
 def test_the_server_hands_out_every_list_equally_often() -> None:

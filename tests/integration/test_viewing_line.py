@@ -61,7 +61,7 @@ def test_a_test_is_made_answered_analysed_and_stands_beside_the_measures(
     words = ["viewing", "make", design, *runs(home), "--out", tmp_path]
     assert run_command(*words) == 0
     said = capsys.readouterr().out
-    assert "9 stimuli, 6 lists of 3 trials" in said and "key.json" in said
+    assert "9 stimuli, 24 lists of 3 trials" in said and "key.json" in said
     page = tmp_path / "page"
     assert {p.name for p in page.iterdir()} == {"index.html", "page.css", "page.js", "trial.js", "icon.svg", "test.js",
                                                 "stimuli"}

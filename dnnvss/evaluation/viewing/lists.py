@@ -8,10 +8,13 @@ import numpy as np
 
 Cell = tuple[int, int]
 """A sentence and a treatment, by their numbers."""
+ORDERS = 24
+"""Lists at least: where fewer show all cells equally often, these are given out again in other orders, because what all
+viewers see in one order is judged by that order, too."""
 
 
 def list_count(sentences: int, per_viewer: int, treatments: int, every: bool, ways: int) -> int:
-    """How many lists there are until every cell has been seen equally often.
+    """How many lists there are: the fewest that show every cell equally often, as often as it takes to :data:`ORDERS`.
 
     Args:
         sentences: there are.
@@ -21,7 +24,8 @@ def list_count(sentences: int, per_viewer: int, treatments: int, every: bool, wa
         ways: in which a pair may stand, 1 where there is no pair.
     """
     blocks = sentences // math.gcd(sentences, per_viewer)
-    return blocks * (ways if every else treatments)
+    fewest = blocks * (ways if every else treatments)
+    return fewest * math.ceil(ORDERS / fewest)
 
 
 def cells_of(number: int, sentences: int, per_viewer: int, treatments: int, every: bool, ways: int) -> list[Cell]:
