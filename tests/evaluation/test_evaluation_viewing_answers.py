@@ -304,6 +304,15 @@ def test_a_design_of_the_user_is_named_where_it_is_wrong_and_nothing_is_looked_u
         assert run_command("viewing", "power", path) == 1 and str(path) in capsys.readouterr().err
 
 
+def test_what_the_docs_show_of_a_design_is_read(tmp_path: Path) -> None:
+    text = (CONF.parents[1] / "docs" / "viewing.md").read_text()
+    shown = [block.split("```")[0] for block in text.split("```yaml\n")[1:]]
+    (tmp_path / "own.yaml").write_text((CONF / "preference.yaml").read_text() + "".join(shown))
+    made = read_design(str(tmp_path / "own.yaml"))
+    assert made.questions[0].choices == ("yes", "no") and len(made.questions) == 2
+    assert [c.name for c in made.conditions][::4] == ["plain", "random"] and made.conditions[1].dials
+
+
 def test_answers_that_lie_elsewhere_need_the_test_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sheet = sheet_of(design("single"))
     for number in range(3):
