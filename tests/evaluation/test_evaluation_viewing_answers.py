@@ -254,6 +254,15 @@ def test_few_viewers_who_all_say_the_same_are_no_certainty(name: str, count: int
         assert "< .0001" not in cells and "nan" not in html_page(result) + markdown(result)
 
 
+def test_pairs_that_did_not_begin_together_are_told() -> None:
+    sheet = sheet_of(design("preference"))
+    answer = simulated(sheet, 0, QUALITY)
+    for apart, said in ((39.0, False), (-41.0, True)):  # of 40 ms a picture
+        rows = (replace(answer.rows[0], apart=apart), *answer.rows[1:])
+        warnings = analyse(sheet, Received({"a": replace(answer, rows=rows)}, {})).warnings
+        assert any(w.startswith("1 of 1 pairs began more than a picture apart") for w in warnings) == said
+
+
 def _alike(sheet: Sheet, answer: Answer) -> Answer:
     """An answer in which nothing differs, attention checks apart."""
     first = {s.id: s.condition for s in sheet.stimuli}

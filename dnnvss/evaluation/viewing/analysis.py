@@ -1,6 +1,6 @@
 """From answers to what may be concluded: who counts, which tests fit the design, and what the design does not allow."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,7 +62,8 @@ def analyse(sheet: Sheet, received: Received) -> Analysis:
                           + (next(iter({**received.refused, **left_out}.values()), "none was sent")),
                           remedy="See what was refused, and ask viewers")
     found = _KINDS[sheet.design["kind"]](sheet, judged.of(kept))
-    warnings = (*_warnings(sheet, len(kept)), *_alike(found, len(kept)), *found.warnings)
+    warnings = (*_warnings(sheet, len(kept)), *_apart(sheet, [received.answers[name] for name in kept]),
+                *_alike(found, len(kept)), *found.warnings)
     return Analysis(sheet, received, tuple(kept), left_out, found.scores, found.unit, found.tables, warnings)
 
 
@@ -81,6 +82,14 @@ def _left_out(sheet: Sheet, answers: Mapping[str, Answer], judged: Judgements) -
                 if out:
                     left[name] = "screened out after ITU-R BT.500"
     return left
+
+
+def _apart(sheet: Sheet, answers: Sequence[Answer]) -> list[str]:
+    """What is said of pairs that did not begin together, whatever the page tried."""
+    frame = {s.id: 1000 / s.rate for s in sheet.stimuli}
+    late = [abs(row.apart) > frame[row.stimuli[0].id] for answer in answers for row in answer.rows
+            if row.apart is not None]
+    return [f"{sum(late)} of {len(late)} pairs began more than a picture apart (apart, in the answers)."] * any(late)
 
 
 def _alike(found: Found, viewers: int) -> list[str]:

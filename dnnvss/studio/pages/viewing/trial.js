@@ -145,7 +145,7 @@ class Trial {
   }
 
   keys() {
-    if (TEST.kind === "preference") return "← and → choose, ";
+    if (TEST.kind === "preference") return TEST.tie ? "←, → and ↓ choose, " : "← and → choose, ";
     if (scored) return "Tab and arrows move the scales, ";
     return this.controls.length > 1 ? "numbers choose, " : "";
   }
