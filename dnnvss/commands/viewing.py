@@ -10,6 +10,7 @@ A DESIGN is a file of conf/viewing, or your own such file.
 
 import argparse
 import shlex
+import textwrap
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -119,6 +120,8 @@ def analyse(options: argparse.Namespace) -> None:
         print(f"warning: {warning}")
     for table in result.tables:
         print(f"\n{table.title}\n{aligned([*table.head], [list(row) for row in table.rows[:_SHOWN]])}")
+        for note in table.notes:
+            print(textwrap.fill(note, 100))
     written = write_report(result, options.out or test)
     left = leave_scores(result, files.digest(test / KEY))
     print(f"\nwrote {written.text}, {written.data}, and {written.page}: open it in a browser"

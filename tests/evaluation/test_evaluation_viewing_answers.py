@@ -47,6 +47,7 @@ def test_every_design_is_laid_out_answered_and_analysed(name: str, tmp_path: Pat
         assert result.scores["smoothed"].high < 0
     written = write_report(result, tmp_path)
     page = written.page.read_text()
+    assert result.tables[-1].title == "Agreement of viewers" and float(result.tables[-1].rows[0][0]) > 0
     assert "<script" not in page and "script-src 'none'" in page and len(result.tables) >= 2
     assert json.loads(written.data.read_text())["scores"].keys() == result.scores.keys()
 
@@ -252,6 +253,16 @@ def test_few_viewers_who_all_say_the_same_are_no_certainty(name: str, count: int
         assert count < 2 or any(warning.startswith("No interval for") for warning in result.warnings)
         cells = [cell for table in result.tables for row in table.rows for cell in row]
         assert "< .0001" not in cells and "nan" not in html_page(result) + markdown(result)
+
+
+def test_viewers_who_all_prefer_one_agree() -> None:
+    sheet = sheet_of(design("preference", sentences=12, per_viewer=12, checks=0))
+    answers = {str(k): _alike(sheet, simulated(sheet, k, QUALITY)) for k in range(4)}
+    other = {"left": "right", "right": "left"}
+    turned = replace(answers["0"], rows=tuple(replace(row, choice=other[str(row.choice)]) for row in answers["0"].rows))
+    for given, agreed in ((answers, 1.0), ({**answers, "0": turned}, 1 / 96)):  # three of six pairs of viewers agree
+        cell, = analyse(sheet, Received(given, {})).tables[-1].rows[0]
+        assert float(cell) == pytest.approx(agreed, abs=0.001)
 
 
 def test_pairs_that_did_not_begin_together_are_told() -> None:

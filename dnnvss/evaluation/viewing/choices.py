@@ -50,7 +50,9 @@ def intelligibility(sheet: Sheet, judged: Judgements) -> Found:
     scores, tables = _rates(sheet, judged, "told", chance)
     warnings = [] if any(c.shows == "frozen" for c in sheet.conditions) or count else [
         "There is no frozen face: how many words are told without looking is not known."]
-    return Found(scores, "share of words that were told", tuple(tables), tuple(warnings))
+    alpha = krippendorff(judged.grid(len(sheet.conditions), len(sheet.sentences)), nominal=True)
+    agreed = agreement_table(alpha, "which words can be told")
+    return Found(scores, "share of words that were told", (*tables, agreed), tuple(warnings))
 
 
 def _rates(sheet: Sheet, judged: Judgements, title: str, chance: float) -> tuple[dict[str, Score], list[Table]]:

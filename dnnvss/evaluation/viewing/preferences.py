@@ -51,7 +51,7 @@ def preference(sheet: Sheet, judged: Judgements) -> Found:
         _sides(sheet, judged)]
     scores, more, warnings = _strengths(sheet, judged)
     agreement = krippendorff(_preferred(judged, len(names)), nominal=True)
-    tables += [*more, agreement_table(agreement, "which is preferred")]
+    tables += [*more, agreement_table(agreement, "which is preferred", "tossing a coin")]
     return Found(scores, "share of all pairs in which it was preferred", tuple(tables), tuple(warnings))
 
 
@@ -74,14 +74,15 @@ def _ahead(judged: Judgements, a: int, b: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _preferred(judged: Judgements, conditions: int) -> np.ndarray:
-    """Values (viewers, pairs of a sentence): 1 where the condition of the lower number was preferred."""
+    """Values (viewers, 2 * pairs of a sentence): 1 where the condition of the lower number was preferred, and then the
+    same the other way round: which of two is named first is no matter, and so chance is one half."""
     low, high = judged.condition.min(axis=1), judged.condition.max(axis=1)
     item = (judged.sentence * conditions + low) * conditions + high
     _, item = np.unique(item, return_inverse=True)
     value = np.where(judged.condition[:, 0] == low, judged.value, 1 - judged.value)
     table = np.full((len(judged.viewers), int(item.max(initial=0)) + 1), np.nan)
     table[judged.viewer, item] = value
-    return table
+    return np.hstack([table, 1 - table])
 
 
 def _sides(sheet: Sheet, judged: Judgements) -> Table:

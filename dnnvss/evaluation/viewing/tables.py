@@ -89,8 +89,8 @@ def over_viewers(values: np.ndarray, viewer: np.ndarray, of: Callable[[np.ndarra
     return Score.of(of(own_means(values, viewer)))
 
 
-def agreement_table(alpha: float, about: str) -> Table:
-    """The table of how far viewers agree about something."""
+def agreement_table(alpha: float, about: str,
+                    nothing: str = "the same answers dealt out at random, however many of them are alike") -> Table:
+    """The table of how far viewers agree about something, and what is no agreement."""
     return Table("Agreement of viewers", ("Krippendorff's alpha",), ((number(alpha),),),
-                 (f"About {about}: 1 is one mind, 0 what the same answers would give if they were dealt out at random, "
-                  "however many of them are alike.",))
+                 (f"About {about}: 1 is one mind, 0 is {nothing}.",))
