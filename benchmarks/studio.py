@@ -18,7 +18,6 @@ import random
 import re
 import signal
 import statistics
-import subprocess
 import sys
 import threading
 import time
@@ -29,6 +28,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from studio_process import start_studio
+
 TEN = "we may buy more fish before the long evening comes"
 WORDS = (*TEN.split(), "papa", "moves", "five", "very", "old", "boats", "away", "from", "here")
 
@@ -37,22 +39,7 @@ class Service:
     """The studio in a process of its own, and its workers in theirs."""
 
     def __init__(self, runs: Path, workers: int) -> None:
-        command = [
-            sys.executable,
-            "-m",
-            "dnnvss",
-            "studio",
-            str(runs),
-            "--port",
-            "0",
-            "--workers",
-            str(workers),
-        ]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout is not None
-        found = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())
-        assert found, "the studio did not start"
-        self.port = int(found[1])
+        self.process, self.port = start_studio(runs, "--workers", str(workers))
         while json.loads(self.ask("GET", "/v1/health")[1]).get("workers", 0) < workers:
             time.sleep(0.2)
 

@@ -7,7 +7,6 @@ stand-ins.
 import os
 import re
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -21,6 +20,7 @@ import pytest
 from conftest import run_command
 from fuzz.strangers import KINDS, Target, harmless, kind_of, tried
 from studio.stand_in import COMMAND
+from studio_process import start_studio
 
 from dnnvss.studio.pool import PoolLimits
 from dnnvss.studio.server import Server, ServerLimits
@@ -113,7 +113,7 @@ def stood_in(runs: Path) -> Iterator[Target]:
     with Server(desk.page(), limits=ServerLimits(headers=0.4, sending=0.4)) as server:
         start = Target(server.port, "run", "none")
         assert harmless(start.sent(start.post("/v1/speak", start.saying()))) == "200"
-        yield Target(server.port, "run", next(iter(desk._known._takes)))
+        yield Target(server.port, "run", desk._known._takes.items()[0][0])
     desk.close()
 
 
@@ -144,25 +144,11 @@ def test_strangers_harm_nobody_who_is_spoken_to(demo: Path, house: Path) -> None
     for left in (house / "here").iterdir():
         left.unlink()
     before = everything(runs)
-    command = [
-        sys.executable,
-        "-m",
-        "dnnvss",
-        "studio",
-        str(runs),
-        "--port",
-        "0",
-        "--log",
-        str(house / "log"),
-    ]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as service:
+    service, port = start_studio(runs, "--log", str(house / "log"), stderr=subprocess.PIPE)
+    with service:
         try:
-            assert service.stdout is not None and service.stderr is not None
-            found = re.search(r"127\.0\.0\.1:(\d+)", service.stdout.readline())
-            assert found
-            to = Target(int(found[1]), next(runs.iterdir()).name, "none")
+            assert service.stderr is not None
+            to = Target(port, next(runs.iterdir()).name, "none")
             until = time.monotonic() + 120
             while harmless(to.sent(to.get("/v1/health"))) != "200":
                 assert time.monotonic() < until, "no worker came"
