@@ -1,5 +1,7 @@
 """Points on faces without labels: regions, tracks, the choice of the talker, and the nets where they are installed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -134,6 +136,16 @@ def test_the_nets_find_the_portrait_of_the_built_in_talker():
     turned, _ = landmarker.mesh(np.ascontiguousarray(np.rot90(picture, 2)),
                                 Region((size - 1 - region.centre[0], size - 1 - region.centre[1]), region.side, np.pi))
     assert np.abs(size - turned[ROWS] - mesh[ROWS]).max() < 1.0  # the same face upside down
+
+
+def test_weights_lie_where_they_are_swept_after_a_kill(monkeypatch):
+    seen = []
+    monkeypatch.setattr(engines, "litert", lambda: None)
+    monkeypatch.setattr(engines.cv2.dnn, "readNetFromTFLite",
+                        lambda path, *_: seen.append((path, Path(path).read_bytes())))
+    engines.load(b"weights", ["out"])
+    (path, held), = seen
+    assert held == b"weights" and Path(path).parent.name.startswith("dnnvss.scratch-") and not Path(path).exists()
 
 
 def test_both_engines_find_the_same_points(monkeypatch, capfd):
