@@ -47,10 +47,10 @@ def _deepgram(data: Any) -> Iterator[Row]:
 
 
 def _joined(items: Iterator[Row | str]) -> Iterator[Row]:
-    """Words, each with the signs (plain texts) that follow it."""
+    """Words, each with the signs that follow it; a sign that is no text is an error of its type."""
     held: Row | None = None
     for item in items:
-        if not isinstance(item, str):
+        if isinstance(item, tuple):
             if held:
                 yield held
             held = item

@@ -201,7 +201,9 @@ def test_values_on_lines_are_a_list_and_milliseconds_are_refused(tmp_path: Path)
 
 
 @pytest.mark.parametrize("value", [{}, [], {"segments": []}, 3, [{"start": "soon", "end": 1, "text": "a"}],
-                                   [{"start": 2, "end": 1, "text": "a"}], {"landmarks": [[1, 2]]}])
+                                   [{"start": 2, "end": 1, "text": "a"}], {"landmarks": [[1, 2]]},
+                                   {"results": [{"start_time": 1, "end_time": 2, "alternatives": [{"content": "a"}]},
+                                                {"type": "punctuation", "alternatives": [{"content": [1]}]}]}])
 def test_other_json_is_refused(tmp_path: Path, value: Any) -> None:
     with pytest.raises(DnnvssError, match=r"no words with times|are no times"):
         read_timed_text(written(tmp_path, "a.json", json.dumps(value)))
