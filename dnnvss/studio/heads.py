@@ -45,7 +45,7 @@ class HeadDesk:
             Route("GET", "/reference", lambda asked: _png(_reference().picture), "the packaged head as PNG"),
             Route("POST", "/points", self.move, "a point set at a pixel of a view"),
             Route("POST", "/undo", lambda asked: self.undo(), "the last change taken back"),
-        ))
+        ), shared="points")
 
     @cached_property
     def _mesh(self) -> Mesh:

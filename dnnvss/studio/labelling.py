@@ -43,7 +43,7 @@ class LabelDesk:
             Route("GET", "/points/{image}", lambda asked: self.points(asked.names["image"])),
             Route("GET", "/image/{image}", lambda asked: self.picture(asked.names["image"])),
             Route("POST", "/points/{image}", lambda asked: self.store(asked.names["image"], asked.body)),
-        ))
+        ), shared="points")
 
     def overview(self) -> dict[str, Any]:
         """What the page needs to know: groups, lines, labels and how far they are."""

@@ -155,6 +155,7 @@ class Page:
             found at ``/PART/icon.svg``. It may raise a ``DnnvssError``.
         around: what is there while the page is served: entered before the first request, left behind the last.
         seen: is told of every request that is over.
+        shared: a folder of static files that it has in common with other pages; empty for none.
     """
 
     folder: str
@@ -162,13 +163,14 @@ class Page:
     under: "Callable[[str], Page | None]" = _nothing
     around: Callable[[], AbstractAsyncContextManager[Any]] = nullcontext
     seen: Callable[[Seen], None] = _unseen
+    shared: str = ""
 
     def static(self) -> dict[str, Content]:
         """Static files by path; ``/`` is ``index.html``, and all pages have one palette.
 
         No other file of the package or the disk is among them.
         """
-        return _static(self.folder) if self.folder else {}
+        return _static(self.folder, self.shared) if self.folder else {}
 
     def within(self, parts: list[str]) -> "tuple[Page, list[str]]":
         """The page that a path leads to, and what of the path is left to it.
@@ -181,9 +183,10 @@ class Page:
 
 
 @cache
-def _static(folder: str) -> dict[str, Content]:
+def _static(*folders: str) -> dict[str, Content]:
     found = {f"/{PALETTE}": Content(style(PALETTE).encode(), _KINDS[".css"])}
-    for file in package_files(__package__).joinpath("pages", folder).iterdir():
-        if kind := _KINDS.get(PurePath(file.name).suffix):
-            found[f"/{file.name}"] = Content(file.read_bytes(), kind)
+    for folder in filter(None, folders):
+        for file in package_files(__package__).joinpath("pages", folder).iterdir():
+            if kind := _KINDS.get(PurePath(file.name).suffix):
+                found[f"/{file.name}"] = Content(file.read_bytes(), kind)
     return {"/": found["/index.html"], **found}

@@ -1,25 +1,10 @@
 "use strict";
 // State of the page. The server keeps the points; the page sends where in a picture one was set, and is told where all are.
-const $ = id => document.getElementById(id);
 const views = {};
 let head, state, chosen = null, colour = {}, order = [];
 
-const ask = async (path, body) => {
-  const answer = await fetch(path, body && {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(body)});
-  const value = await answer.json();
-  if (!answer.ok) throw new Error(value.error || answer.statusText);
-  return value;
-};
-const say = (text, bad = false) => { $("said").textContent = text; $("said").classList.toggle("bad", bad); };
-const guarded = work => async (...given) => { try { return await work(...given); } catch (error) { say(error.message, true); draw(); } };
 const group = name => name.replace(/\d+$/, "");
 const plain = name => `${group(name).replaceAll("_", " ")} ${Number(name.slice(group(name).length))}`;
-const element = (kind, attributes, parent) => {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", kind);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  parent.append(made);
-  return made;
-};
 
 function draw() {
   const placed = new Set(state.placed);
@@ -30,10 +15,9 @@ function draw() {
     dots.replaceChildren();
     const seen = Object.entries(state.seen[name]).filter(([, p]) => p[2]);
     seen.sort((a, b) => (a[0] === chosen) - (b[0] === chosen));  // the chosen one is drawn last, over the others
-    for (const [point, [cx, cy]] of seen) {
-      const dot = element("circle", {cx, cy, r: (point === chosen ? 7 : 4.5) * pixel, fill: colour[group(point)], "data-point": point,
-        class: [point === chosen && "chosen", placed.has(point) && "placed"].filter(Boolean).join(" ")}, dots);
-      element("title", {}, dot).textContent = plain(point);
+    for (const [point, place] of seen) {
+      dot(place, (point === chosen ? 7 : 4.5) * pixel, colour[group(point)], plain(point), dots,
+        {"data-point": point, class: [point === chosen && "chosen", placed.has(point) && "placed"].filter(Boolean).join(" ")});
     }
   }
   for (const button of document.querySelectorAll("[data-name]")) {
@@ -43,9 +27,7 @@ function draw() {
   const all = Object.keys(state.seen.front).length;
   $("count").textContent = `${all} of ${order.length} points, ${placed.size} set by hand`;
   $("undo").disabled = !state.undo;
-  const faults = state.faults.map(text => Object.assign(document.createElement("li"), {textContent: text}));
-  const none = all < order.length ? "points are missing" : "nothing so far";
-  $("faults").replaceChildren(...(faults.length ? faults : [Object.assign(document.createElement("li"), {className: "none", textContent: none})]));
+  listed($("faults"), state.faults, all < order.length ? "points are missing" : "nothing so far");
   $("help").textContent = all < order.length
     ? `No guess fitted this mesh. Set at least six points, of the lips, the nose and the face: the others follow.`
     : "Points with a dark ring were set by hand.";
@@ -55,9 +37,9 @@ function draw() {
 function reference() {
   $("marks").replaceChildren();
   $("chosen").textContent = chosen ? plain(chosen) : "Choose a point";
-  for (const [name, [cx, cy]] of Object.entries(head.reference.points)) {
+  for (const [name, place] of Object.entries(head.reference.points)) {
     if (name === chosen || (chosen && group(name) === group(chosen)))
-      element("circle", {cx, cy, r: name === chosen ? 7 : 2.5, fill: colour[group(name)], class: name === chosen ? "chosen" : ""}, $("marks"));
+      dot(place, name === chosen ? 7 : 2.5, colour[group(name)], plain(name), $("marks"), {class: name === chosen ? "chosen" : ""});
   }
 }
 
@@ -76,8 +58,8 @@ function along(step) {
 const set = guarded(async (view, name, [x, y]) => {
   state = {...state, ...await ask("points", {view, name, x, y})};
   say(`${plain(name)} is set`); draw();
-});
-const undo = guarded(async () => { state = {...state, ...await ask("undo", {})}; say("taken back"); draw(); });
+}, () => draw());
+const undo = guarded(async () => { state = {...state, ...await ask("undo", {})}; say("taken back"); draw(); }, () => draw());
 
 function look(names, room) {  // all views show these points, or the whole picture
   for (const [name, view] of Object.entries(views)) {

@@ -1,30 +1,15 @@
 "use strict";
 // State of the page. Points are in pixels of the picture; (0, 0) is the outer corner of its top left pixel, as in the .pts files.
 const COLOURS = ["#ff6b6b", "#ffb454", "#6fc3ff", "#8be28b", "#d59cff", "#ff9ecb", "#5fe0d0", "#e8e26a", "#b0bccb", "#f2a07b"];
-const $ = id => document.getElementById(id);
 const view = $("view");
 let sheet, now = 0, points = [], saved = "[]", guessed = false, asked = false, past = [], future = [], chosen = -1, mode = "point", hidden = new Set();
 let box = {x: 0, y: 0, width: 1, height: 1}, picture = {width: 1, height: 1};
 
-const ask = async (path, body) => {
-  const answer = await fetch(path, body && {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(body)});
-  const value = await answer.json();
-  if (!answer.ok) throw new Error(value.error || answer.statusText);
-  return value;
-};
-const say = (text, bad = false) => { $("said").textContent = text; $("said").classList.toggle("bad", bad); };
-const guarded = work => async (...given) => { try { return await work(...given); } catch (error) { say(error.message, true); } };
 const path = (kind, image) => `${kind}/${encodeURIComponent(image)}`;
 const groupOf = i => sheet.groups.findIndex(g => i >= g.start && i < g.stop);
 const nameOf = i => { const g = sheet.groups[groupOf(i)]; return `${g.name} ${i - g.start}`; };
 const label = () => sheet.labels[now];
 const text = () => JSON.stringify(points);
-const element = (name, attributes, parent) => {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  parent.append(made);
-  return made;
-};
 
 // Drawing
 
@@ -36,11 +21,10 @@ function draw() {
     if (hidden.has(g.name)) return;
     const own = points.slice(g.start, g.stop);
     element(g.closed ? "polygon" : "polyline", {points: own.map(p => p.join()).join(" "), stroke: COLOURS[k % COLOURS.length]}, $("lines"));
-    own.forEach(([cx, cy], i) => {
+    own.forEach((place, i) => {
       const at = g.start + i;
-      const dot = element("circle", {cx, cy, r: (at === chosen ? 7 : 5) * pixel, fill: COLOURS[k % COLOURS.length], "data-point": at,
-        "stroke-width": at === chosen ? 2 : 1, class: at === chosen ? "chosen" : ""}, $("points"));
-      element("title", {}, dot).textContent = nameOf(at);
+      dot(place, (at === chosen ? 7 : 5) * pixel, COLOURS[k % COLOURS.length], nameOf(at), $("points"),
+        {"data-point": at, "stroke-width": at === chosen ? 2 : 1, class: at === chosen ? "chosen" : ""});
     });
   });
   $("chosen").textContent = chosen < 0 ? "none chosen" : `${nameOf(chosen)}   x ${points[chosen][0].toFixed(2)}   y ${points[chosen][1].toFixed(2)}`;
@@ -60,10 +44,7 @@ function chart() {
   sheet.groups.forEach((g, k) => {
     const own = sheet.layout.slice(g.start, g.stop), colour = COLOURS[k % COLOURS.length];
     element(g.closed ? "polygon" : "polyline", {points: own.map(p => p.join()).join(" "), stroke: colour, fill: "none", "stroke-width": 0.015}, $("chart"));
-    own.forEach(([cx, cy], i) => {
-      const dot = element("circle", {cx, cy, r: g.start + i === chosen ? 0.07 : 0.028, fill: colour}, $("chart"));
-      element("title", {}, dot).textContent = nameOf(g.start + i);
-    });
+    own.forEach((place, i) => dot(place, g.start + i === chosen ? 0.07 : 0.028, colour, nameOf(g.start + i), $("chart")));
   });
 }
 
@@ -186,8 +167,7 @@ const go = guarded(async (index, done) => {
 
 async function doubt() {
   const found = (await ask("doubts")).filter(d => d.problem !== "not finished");
-  $("doubts").replaceChildren(...found.map(d => Object.assign(document.createElement("li"), {textContent: `${d.image}: ${d.problem}`})));
-  if (!found.length) $("doubts").append(Object.assign(document.createElement("li"), {className: "none", textContent: "nothing so far"}));
+  listed($("doubts"), found.map(d => `${d.image}: ${d.problem}`), "nothing so far");
 }
 
 const copy = guarded(async () => {
