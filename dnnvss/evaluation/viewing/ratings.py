@@ -64,7 +64,7 @@ def _kruskal(sheet: Sheet, judged: Judgements) -> list[Table]:
         tables.append(Table("Kruskal-Wallis" + (f" without {left}" if left else ""),
                             ("condition", "n", "median", "average rank", "Z"), rows,
                             (f"H = {test.statistic:.2f} ({test.adjusted:.2f} corrected for ties), "
-                             f"p {_equal(test.p)} with {len(kept) - 1} degrees of freedom. The test takes all "
+                             f"p {_equal(test.p)}, degrees of freedom {len(kept) - 1}. The test takes all "
                              "scores as independent, which scores of one viewer are not.",)))
     return tables
 

@@ -154,9 +154,9 @@ def _tables(result: Comparison, rows: Mapping[str, Seen]) -> list[Table]:
     values = {m.name: {row: result.estimate(row, m.name).value for row in rows} for m in measures}
     cells = [(row, interval(Score(s.score, *(float("nan") if v is None else v for v in (s.low, s.high)))),
               str(s.viewers), *(number(values[m.name][row]) for m in measures)) for row, s in rows.items()]
-    head = ("system", f"viewers' score: {first.unit}", "viewers", *(m.title for m in measures))
+    head = ("system", "viewers' score", "viewers", *(m.title for m in measures))
     table = Table(f"What viewers saw: {first.title}", head, tuple(cells),
-                  (f"Test {first.test}; intervals of 95 % over viewers.",))
+                  (f"Viewers' score: {first.unit}, with the 95 % interval over viewers. Test {first.test}.",))
     ranks = _ranks(result, rows, measures)
     return [table, ranks] if ranks else [table]
 
