@@ -112,6 +112,8 @@ def test_designs_that_contradict_themselves_are_refused() -> None:
     for change in ({"per_viewer": 9}, {"kind": "dscqs"}, {"kind": "intelligibility"}):
         with pytest.raises(DnnvssError):
             replace(made, **change)
+    with pytest.raises(DnnvssError, match="labels has 2 texts, and there are 3 buttons"):
+        replace(made, tie=True, labels=("Left", "Right"))
     with pytest.raises(DnnvssError, match="alternatives=6 are more"):
         replace(design("intelligibility"), alternatives=6)
     for idle in ({"dials": {"articulation": 2}}, {"style": "own"}, {"smooth": 6.0}):

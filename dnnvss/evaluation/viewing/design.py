@@ -98,7 +98,7 @@ class Design:
     screen: bool = True
     headphones: bool = False
     questions: tuple[Question, ...] = ()
-    scale: float = setting(1.0, above=0, most=8)
+    scale: float = setting(1.0, least=0.1, most=8)
     quality: int = setting(18, least=0, most=40)
     seed: int = setting(0, least=0, most=2**31)
 
@@ -109,6 +109,10 @@ class Design:
         texts = (self.title, self.question, *self.instructions, *self.consent, *self.labels)
         if any(len(text) > _LONG for text in texts):
             raise DnnvssError(f"a text of the design is longer than {_LONG} letters", remedy="Say it in fewer words")
+        buttons = {"preference": 2 + self.tie, "turing": 2}.get(self.kind, 0)
+        if 0 < len(self.labels) < buttons:
+            raise DnnvssError(f"labels has {len(self.labels)} texts, and there are {buttons} buttons",
+                              remedy="Give a text for each, or none")
         if self.kind == "dscqs" and self.reference is None:
             raise DnnvssError("a dscqs test has no reference", remedy="Name one of its conditions: reference: through")
         if self.kind == "intelligibility" and self.material != "words":
