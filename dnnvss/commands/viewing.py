@@ -181,7 +181,8 @@ def main(arguments: Sequence[str]) -> int:
     maker.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="folder of a finished run")
     maker.add_argument("--out", type=Path, default=Path("viewing"), help="folder to write (viewing)")
     maker.add_argument("--sentences", type=whole(1, 1000), help="how many sentences; those of the design unless given")
-    maker.add_argument("--seed", type=whole(0, 2**31), help="of sentences, orders and noise; that of the design unless given")
+    maker.add_argument("--seed", type=whole(0, 2**31),
+                       help="of sentences, orders and noise; that of the design unless given")
     maker.add_argument("--jobs", type=whole(1), default=1, help="processes that render (1)")
     server = add("serve", serve, "serve a test: hand out its lists, take the answers")
     server.add_argument("test", type=Path, metavar="TEST", help="the folder that `dnnvss viewing make` wrote")
