@@ -15,36 +15,24 @@ from collections.abc import AsyncGenerator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing, suppress
 from dataclasses import dataclass
-from hmac import compare_digest
 from inspect import iscoroutinefunction
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 from urllib.parse import unquote
 
 from aiohttp import web
-from aiohttp.abc import AbstractStreamWriter
 from aiohttp.http import RawRequestMessage
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.studio.answers import Refused, answer_of, refusal
 from dnnvss.studio.bodies import read_body
-from dnnvss.studio.page import POLICY, STREAM, Asked, BusyError, Content, Document, Page, Route, Seen
+from dnnvss.studio.connection import Connection
+from dnnvss.studio.door import READING, Door
+from dnnvss.studio.page import STREAM, Asked, BusyError, Page, Route, Seen
 
-_HEADERS = {
-    "Cache-Control": "no-store",
-    "Content-Security-Policy": POLICY,
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Server": "dnnvss",
-    "Cross-Origin-Resource-Policy": "same-origin",
-}
-_READING = ("GET", "HEAD")
-"""Methods that change nothing."""
-_BUSY = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 1\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 _LEFT = 499
 """The status of a request whose client left before the answer, as it is written of by other servers too."""
-_COOKIE = "dnnvss"
 _ROUTE, _NOTES = web.RequestKey("route", str), web.RequestKey("notes", dict)
 _LOG = logging.getLogger(__name__)
 
@@ -72,14 +60,6 @@ class ServerLimits:
     sending: float = 30.0
     answering: float = 300.0
     ending: float = 10.0
-
-
-class _Refused(Exception):  # noqa: N818
-    """A request that is not handled: status, what is said, and whether the connection is of no more use."""
-
-    def __init__(self, status: int, said: str, close: bool = False, **headers: str) -> None:
-        super().__init__(said)
-        self.status, self.close, self.headers = status, close, headers
 
 
 class Server:
@@ -110,12 +90,7 @@ class Server:
             why = os.strerror(error.errno) if error.errno else str(error)
             raise DnnvssError(f"port {port} cannot be used ({why})", remedy=remedy) from error
         self.port = int(self._socket.getsockname()[1])
-        self._host, self._token = host, token
-        own = {host, "localhost"} if host == "127.0.0.1" else {host}
-        self._names = {f"{name}:{self.port}" for name in own} | (own if self.port == 80 else set())
-        self._origins = {f"http://{name}" for name in self._names}
-        self._origins |= {f"{scheme}://{name.lower()}" for name in names for scheme in ("http", "https")}
-        self._names |= {name.lower() for name in names}
+        self._host, self._door = host, Door.of(host, self.port, token, names)
         self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="studio", daemon=True)
         self._ready, self._over = threading.Event(), threading.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -158,8 +133,10 @@ class Server:
             self._over.set()
 
     async def _listen(self, loop: asyncio.AbstractEventLoop, end: asyncio.Event) -> None:
+        limits = self.limits
         manager = web.Server(self._answer, request_factory=self._request, handler_cancellation=True)
-        listening = await loop.create_server(lambda: _Connection(manager, self.limits), sock=self._socket)
+        bounds = limits.connections, limits.headers, min(2.0, limits.sending)
+        listening = await loop.create_server(lambda: Connection(manager, *bounds), sock=self._socket)
         self._ready.set()
         await end.wait()
         listening.close()
@@ -184,21 +161,22 @@ class Server:
 
     async def _answered(self, request: web.BaseRequest) -> web.StreamResponse:
         try:
-            self._check_origin(request)
+            self._door.check(request)
             if (route := self._streaming(request)) is not None:
                 return await self._stream(request, route)
             response = await self._handled(request)
-        except _Refused as refused:
-            response = _error(refused.status, str(refused), refused.close, refused.headers)
+        except Refused as refused:
+            response = refusal(refused.status, str(refused), refused.close, refused.headers)
         except BusyError as error:
-            response = _error(503, str(error), headers={"Retry-After": str(error.seconds)})
+            response = refusal(503, str(error), headers={"Retry-After": str(error.seconds)})
         except DnnvssError as error:
-            response = _error(400, str(error))
+            response = refusal(400, str(error))
         except OSError as error:
-            response = _error(400, f"{error.filename or 'the disk'}: {error.strerror}. {files.remedy_for(error) or ''}")
+            what = f"{error.filename or 'the disk'}: {error.strerror}. {files.remedy_for(error) or ''}"
+            response = refusal(400, what)
         except Exception:
             _LOG.exception("a page asked for %s and this failed", request.path)
-            response = _error(500, "the server failed at this; the terminal in which it runs says more")
+            response = refusal(500, "the server failed at this; the terminal in which it runs says more")
         sending = asyncio.ensure_future(self._send(request, response))
         self._sending.add(sending)
         sending.add_done_callback(self._sending.discard)
@@ -216,38 +194,15 @@ class Server:
         except ConnectionError:  # nobody is there to take it
             pass
 
-    def _check_origin(self, request: web.BaseRequest) -> None:
-        """Refuse what no page of this server sent: other names of this machine, and other pages in the browser."""
-        if len(hosts := request.headers.getall("Host", [])) != 1 or hosts[0].lower() not in self._names:
-            raise _Refused(403, "this page is for this machine alone", close=True)
-        self._check_token(request)
-        if request.method not in _READING:
-            self._check_sender(request)
-
-    def _check_token(self, request: web.BaseRequest) -> None:
-        """Refuse who does not bring the token, where there is one."""
-        brought = [request.headers.get("Authorization", "").removeprefix("Bearer "), request.cookies.get(_COOKIE, ""),
-                   request.query.get("token", "") if request.path == "/" else ""]
-        if self._token and not any(compare_digest(each.encode(), self._token.encode()) for each in brought):
-            raise _Refused(401, "the token is missing or wrong", close=True)
-
-    def _check_sender(self, request: web.BaseRequest) -> None:
-        """Refuse what another page in the browser sent."""
-        origins = request.headers.getall("Origin", [])
-        if any(origin.lower() not in self._origins for origin in origins):
-            raise _Refused(403, "another page may not change anything here", close=True)
-        if request.headers.get("Sec-Fetch-Site", "same-origin") not in ("same-origin", "none"):
-            raise _Refused(403, "another page may not change anything here", close=True)
-
     def _streaming(self, request: web.BaseRequest) -> Route | None:
         """The route of a WebSocket, None for all that is none; pages of others may not open one."""
         if request.headers.get("Upgrade", "").lower() != "websocket":
             return None
-        self._check_sender(request)
+        self._door.check_sender(request)
         path = request.rel_url.raw_path
         found = next((route for route in self.page.routes if route.method == STREAM and route.path == path), None)
         if found is None:
-            raise _Refused(404, "nothing streams here", close=True)
+            raise Refused(404, "nothing streams here", close=True)
         return found
 
     async def _stream(self, request: web.BaseRequest, route: Route) -> web.StreamResponse:
@@ -257,7 +212,7 @@ class Server:
         try:
             await socket.prepare(request)
         except (web.HTTPException, ValueError):  # the library's words would repeat what was sent
-            raise _Refused(400, "this is no handshake of a WebSocket", close=True) from None
+            raise Refused(400, "this is no handshake of a WebSocket", close=True) from None
         request[_ROUTE] = route.path
         try:
             asked = Asked(body=read_body((await socket.receive_str()).encode()))
@@ -283,12 +238,11 @@ class Server:
         page = self.page
         if len(parts) > 1:
             page, parts = await asyncio.to_thread(page.within, parts)
-        if request.method in _READING and len(parts) == 1 and (file := page.static().get(f"/{parts[0]}")):
+        if request.method in READING and len(parts) == 1 and (file := page.static().get(f"/{parts[0]}")):
             request[_ROUTE] = f"/{parts[0]}"
-            response = _response(file)
-            if self._token and request.query.get("token"):
-                response.set_cookie(_COOKIE, self._token, httponly=True, samesite="Strict")
-            return response
+            answer = answer_of(file)
+            self._door.remember(request, answer)
+            return answer
         fitting = [(route, names) for route in page.routes if (names := route.match(parts)) is not None]
         method = "GET" if request.method == "HEAD" else request.method
         for route, names in fitting:
@@ -298,27 +252,27 @@ class Server:
                 asked = Asked(names, dict(request.query), body)
                 request[_NOTES] = asked.notes
                 if iscoroutinefunction(route.handler):
-                    return _response(await route.handler(asked))
-                return _response(await asyncio.to_thread(route.handler, asked))
+                    return answer_of(await route.handler(asked))
+                return answer_of(await asyncio.to_thread(route.handler, asked))
         if fitting:
             allowed = ", ".join(sorted({route.method for route, _ in fitting}))
-            raise _Refused(405, f"{request.method} is not done here", close=True, Allow=allowed)
-        raise _Refused(404, "there is no such page", close=request.method not in _READING)
+            raise Refused(405, f"{request.method} is not done here", close=True, Allow=allowed)
+        raise Refused(404, "there is no such page", close=request.method not in READING)
 
     async def _body(self, request: web.BaseRequest, route: Route) -> Any:
         """What was sent, once it is known how long it is: JSON, or the bytes where the route takes these."""
         most = route.bytes_most or self.limits.body
         if request.content_length is None or "Transfer-Encoding" in request.headers:
-            raise _Refused(411, "the length of what is sent has to be said", close=True)
+            raise Refused(411, "the length of what is sent has to be said", close=True)
         if request.content_length > most:
-            raise _Refused(413, f"more than {most} bytes are not taken", close=True)
+            raise Refused(413, f"more than {most} bytes are not taken", close=True)
         kind = "application/octet-stream" if route.bytes_most else "application/json"
         if request.content_type != kind:
-            raise _Refused(415, f"only {kind} is taken", close=True)
+            raise Refused(415, f"only {kind} is taken", close=True)
         if not route.bytes_most:
             return read_body(await self._read(request))
         if self._bringing.locked():
-            raise _Refused(503, "too many are bringing something; bring it again in a moment", close=True,
+            raise Refused(503, "too many are bringing something; bring it again in a moment", close=True,
                            **{"Retry-After": "2"})
         async with self._bringing:
             return await self._read(request)
@@ -328,11 +282,11 @@ class Server:
             async with asyncio.timeout(self.limits.sending):
                 return await request.read()
         except TimeoutError:
-            raise _Refused(408, "the rest was waited for too long", close=True) from None
+            raise Refused(408, "the rest was waited for too long", close=True) from None
 
 
 def _seen(request: web.BaseRequest, response: web.StreamResponse | None, seconds: float) -> Seen:
-    method = request.method if request.method in (*_READING, "POST") else "OTHER"
+    method = request.method if request.method in (*READING, "POST") else "OTHER"
     sent = response.content_length if isinstance(response, web.Response) else None
     return Seen(method, request.get(_ROUTE, ""), _LEFT if response is None else response.status, seconds,
                 request.content_length or 0, sent or 0, request.get(_NOTES, {}))
@@ -342,69 +296,3 @@ async def _told(socket: web.WebSocketResponse, said: str) -> None:
     """Say what is wrong, if somebody still listens."""
     with suppress(ConnectionError, RuntimeError):
         await socket.send_str(json.dumps({"error": said}))
-
-
-class _Connection(web.RequestHandler):
-    """A connection: one of a bounded number, and what is no HTTP is answered in the words of this server."""
-
-    __slots__ = ("_most",)
-
-    def __init__(self, manager: web.Server, limits: ServerLimits) -> None:
-        super().__init__(manager, loop=asyncio.get_running_loop(), keepalive_timeout=limits.headers, access_log=_QUIET,
-                         logger=_QUIET, max_headers=64, lingering_time=min(2.0, limits.sending),
-                         auto_decompress=False)
-        self._most = limits.connections
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take a connection; where there are too many, in the place of the one that asked for nothing the longest."""
-        held = [] if self._manager is None else self._manager.connections
-        idle = [own for own in held if isinstance(own, _Connection) and own._current_request is None]
-        if len(held) >= self._most and idle:
-            min(idle, key=lambda own: own._next_keepalive_close_time).force_close()
-        elif len(held) >= self._most:
-            assert isinstance(transport, asyncio.Transport)
-            transport.write(_BUSY)
-            transport.close()
-            self.force_close()
-            return
-        super().connection_made(transport)
-
-    def handle_error(self, request: web.BaseRequest, status: int = 500, exc: BaseException | None = None,
-                     message: str | None = None) -> web.StreamResponse:
-        """Answer what is no HTTP; aiohttp's own text would repeat what was sent."""
-        return _error(status, "this is no request that can be read", close=True)
-
-
-_QUIET = logging.getLogger(f"{__name__}.connections")
-_QUIET.setLevel(logging.CRITICAL + 1)  # what strangers send is not written into the terminal
-
-
-class _File(web.FileResponse):
-    """A file that is opened once, though it is prepared here and by the library behind it."""
-
-    async def prepare(self, request: web.BaseRequest) -> AbstractStreamWriter | None:
-        """Send it, unless that has been done."""
-        return None if self.prepared else await super().prepare(request)
-
-
-def _response(value: Any) -> web.StreamResponse:
-    """The answer of what a handler gave."""
-    policy = {}
-    if isinstance(value, Document):
-        value, policy = value.path, {"Content-Security-Policy": value.policy}
-    if isinstance(value, Path):
-        if not value.is_file():
-            raise DnnvssError("no such file", file=value)
-        return _File(value, headers=_HEADERS | policy)
-    if not isinstance(value, Content):
-        value = Content(json.dumps(value, allow_nan=False).encode(), "application/json")
-    return web.Response(body=value.body, headers={"Content-Type": value.kind, **_HEADERS})
-
-
-def _error(status: int, said: str, close: bool = False, headers: dict[str, str] | None = None) -> web.Response:
-    text = json.dumps({"error": said.strip()}).encode()
-    response = web.Response(status=status, body=text,
-                            headers={"Content-Type": "application/json", **_HEADERS, **(headers or {})})
-    if close:
-        response.force_close()
-    return response
