@@ -143,10 +143,12 @@ def test_the_command_and_the_files_give_the_same_again(client: Client, take: Any
     assert words[:2] == ["dnnvss", "speak"] and "style.seed=7" in words
     runs = Path(words[2].removeprefix("run=")).parent
     assert run_command("speak", *words[2:], "out=again.mp4") == 0
-    assert run_command("speak", "session=session.json", f"runs={runs}", "out=session.mp4") == 0
-    for name in ("again", "session"):
+    assert run_command("speak", "session=session.json", f"runs={runs}", "out=reopened.mp4") == 0
+    for name in ("again", "reopened"):
         np.testing.assert_allclose(np.load(f"{name}.npz")["parameters"], own, atol=1e-5)
-        np.testing.assert_array_equal(list(read_video(Path(f"{name}.mp4"))), list(read_video(Path("speech.mp4"))))
+        seen, given = (np.array(list(read_video(Path(f"{own}.mp4"))), dtype=float) for own in (name, "speech"))
+        assert np.abs(seen - given).mean() < 0.5  # grey levels: the encoder's, where threads are others
+        assert json.loads(Path(f"{name}.json").read_text())["life"]["seed"] == 7
 
 
 def test_a_voice_that_was_brought_is_followed(client: Client, take: Any) -> None:
