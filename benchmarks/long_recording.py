@@ -6,8 +6,8 @@ Clips of GRID are joined to one file, pictures copied and sound laid in its plac
 without), and with one transcript in a single piece without a full stop, or with subtitles. It is prepared as
 ``corpus=folder`` prepares it. Printed are the sentences that are found whole, and how far their speech begins and ends
 from where it does in a prepared corpus of the separate clips, which were aligned with their word times, and whose
-sounds are laid on the recording by correlation; the minutes that took; and the most memory that the command and its
-workers held together.
+sounds are laid on the recording by correlation; on which side GRID's own word times are where both differ; the minutes
+that took; and the most memory that the command and its workers held together.
 
 The sentences get the splits of that corpus, so that what is trained on both is judged by the same sentences:
 
@@ -143,6 +143,7 @@ def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> dict
         found.append((start + words[0].start, start + words[-1].end, [w.label for w in words], u.id))
     starts = np.array([row[0] for row in found])
     off, same, missing = list[tuple[float, float]](), dict[str, str](), list[str]()
+    apart = list[tuple[str, bool]]()
     known = [s for s in sentences if s.id in separate.utterances]
     for sentence in known:
         own = separate.utterances[sentence.id]
@@ -153,7 +154,10 @@ def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> dict
             missing.append(sentence.id)
             continue
         same[sentence.id] = row[3]
-        off.append((row[0] - late - words[0].start, row[1] - late - words[-1].end))
+        ends = late + words[0].start, late + words[-1].end
+        off.append((row[0] - ends[0], row[1] - ends[1]))
+        apart += [(sentence.id, abs(here - said) < abs(there - said))
+                  for here, there, said in zip(row[:2], ends, sentence.said, strict=True) if abs(here - there) >= CLOSE]
     edges = np.array(off)
     good = (np.abs(edges) < CLOSE).all(axis=1).sum()
     print(f"{len(found)} utterances; {len(same)} of {len(known)} sentences whole "
@@ -162,6 +166,8 @@ def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> dict
           f"{1000 * np.median(edges[:, 0]):.0f} and {1000 * np.median(edges[:, 1]):.0f} ms, 95th percentile of the "
           f"amount {1000 * np.percentile(np.abs(edges), 95):.0f} ms")
     print("not whole:", " ".join(missing) or "none")
+    print(f"further off: {' '.join(name for name, _ in apart) or 'none'}; of these {len(apart)} edges the given word "
+          f"times are nearer to {sum(here for _, here in apart)} as cut, to the others as in the separate clips")
     return same
 
 
