@@ -1,6 +1,6 @@
 """Sentences cut out of one long recording, beside the same sentences as clips of their own.
 
-    python benchmarks/long_recording.py GRID CORPUS WORK [--clips 900] [--texts txt srt] [--jobs 2] [--plain]
+    python benchmarks/long_recording.py GRID CORPUS WORK [--clips 900] [--texts txt srt] [--plain] [--face RUN]
 
 Clips of GRID are joined to one file, pictures copied and sound laid in its place, with their landmarks (``--plain``:
 without), and with one transcript in a single piece without a full stop, or with subtitles. It is prepared as
@@ -11,7 +11,9 @@ that took; and the most memory that the command and its workers held together.
 
 The sentences get the splits of that corpus, so that what is trained on both is judged by the same sentences:
 
-    python train.py corpus=folder corpus.name=long corpus.out=WORK/txt
+    python train.py corpus=folder corpus.name=long corpus.out=WORK/txt aam=grid
+
+Coefficients compare within one face only: with ``--face RUN``, a run on CORPUS, that training takes the face of RUN.
 
 GRID is the folder of the recordings (``video``, ``align``, ``landmarks``), CORPUS the prepared corpus, WORK a folder to
 work in; what is there already is gone on with.
@@ -19,6 +21,7 @@ work in; what is there already is gone on with.
 
 import argparse
 import json
+import shutil
 import subprocess
 import sys
 import time
@@ -31,11 +34,14 @@ import av
 import numpy as np
 
 from dnnvss import files
-from dnnvss.corpus import Corpus
+from dnnvss.corpus import SPLITS, Corpus
+from dnnvss.face.encoding import FACE, encoding_folder
 from dnnvss.formats import Cue, read_grid_align, write_srt
 from dnnvss.media import SPEECH_RATE, opened, read_audio, timed_audio
 from dnnvss.media.storing import stretch
 from dnnvss.media.writing import SoundTrack
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.settings import RunSettings
 
 RATE = 44100
 CLOSE = 0.1
@@ -173,9 +179,17 @@ def compared(sentences: Sequence[Sentence], separate: Corpus, out: Path) -> dict
 
 def split_alike(separate: Corpus, same: Mapping[str, str], out: Path) -> None:
     """Put the sentences into the splits in which they are in the corpus of the separate clips."""
-    for split in ("train", "val", "test"):
+    for split in SPLITS:
         names = [same[u.id] for u in separate.split(split) if u.id in same]
         files.write_text(out / "splits" / f"{split}.txt", "".join(f"{name}\n" for name in names))
+
+
+def lay_face(run: Path, out: Path) -> None:
+    """Put the face of a run where training on the cut recording, with the same settings of the face, looks for one."""
+    corpus, settings = Corpus.open(out), RunSettings.load(run)
+    splits = {name: [u.id for u in corpus.split(name)] for name in SPLITS}
+    home = files.make_folder(encoding_folder(corpus, splits, settings.face_settings, out / "face"))
+    shutil.copyfile(RunFiles(run).face, home / FACE)
 
 
 def laid(sound: np.ndarray, out: Path, start: float) -> float:
@@ -197,6 +211,7 @@ def main() -> None:
     parser.add_argument("--texts", nargs="+", default=["txt", "srt"], choices=["txt", "srt"])
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--plain", action="store_true", help="give no landmarks: they are found in the pictures")
+    parser.add_argument("--face", type=Path, metavar="RUN", help="a run on CORPUS whose face is to be taken")
     given = parser.parse_args()
     raw = files.make_folder(given.work / "raw")
     clips = sorted((given.grid / "video").glob("*.mp4"))
@@ -212,6 +227,8 @@ def main() -> None:
         minutes, most = prepared(raw, given.work / kind, given.jobs)
         print(f"{len(sentences)} sentences, {kind}: {minutes:.1f} minutes, {most:.0f} MB at most")
         split_alike(separate, compared(sentences, separate, given.work / kind), given.work / kind)
+        if given.face is not None:
+            lay_face(given.face, given.work / kind)
 
 
 if __name__ == "__main__":

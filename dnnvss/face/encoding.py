@@ -164,11 +164,20 @@ def encode_corpus(
         raise DnnvssError(f"no utterance in split 'train'; there are {sorted(ids)}", remedy="Give a split named train")
     for unknown in (i for split in ids.values() for i in split if i not in corpus.utterances):
         raise DnnvssError("is in a split and not in the corpus", utterance=unknown, file=corpus.root / "corpus.json")
-    kind = face_kind(settings.face)
-    home = Path(folder) / _key(kind, settings, corpus, ids)
+    home = encoding_folder(corpus, ids, settings, folder)
     if not (home / REPORT).is_file():
-        _make(kind, settings, corpus, ids, home, progress)
+        _make(face_kind(settings.face), settings, corpus, ids, home, progress)
     return EncodedCorpus.open(home, ids)
+
+
+def encoding_folder(corpus: Corpus, splits: Mapping[str, Sequence[str]], settings: FaceSettings,
+                    folder: str | Path = "face") -> Path:
+    """The folder of an encoding, finished or not; a face that lies there is taken, and none is fitted.
+
+    The arguments are those of :func:`encode_corpus`.
+    """
+    ids = {name: tuple(split) for name, split in splits.items()}
+    return Path(folder) / _key(face_kind(settings.face), settings, corpus, ids)
 
 
 def newest_encoding(corpus: Corpus) -> EncodedCorpus:

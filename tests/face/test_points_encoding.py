@@ -1,5 +1,6 @@
 """A corpus without pictures is encoded as points; a face that needs pictures takes what has some, or says so."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import AAMConfig
-from dnnvss.face.encoding import encode_corpus, find_encoding
+from dnnvss.face.encoding import FACE, encode_corpus, encoding_folder, find_encoding
 from dnnvss.face.points import PointsFace
 from dnnvss.timing import Alignment, Tier
 
@@ -54,6 +55,16 @@ def test_a_corpus_without_pictures_is_encoded(tmp_path: Path, dimensions: int) -
     other = encode_corpus(data, SPLITS, replace(SETTINGS, modes="raw"), tmp_path / "face", progress=False)
     assert other.folder != encoded.folder and other.clip("u3").parameters.shape == (200, 13 * dimensions)
     assert find_encoding(data, encoded.folder / "face.npz") is None  # it lies elsewhere than in the corpus
+
+
+def test_a_face_that_lies_in_the_folder_of_an_encoding_is_taken(tmp_path: Path) -> None:
+    data = corpus(tmp_path / "corpus", 2)
+    other = encode_corpus(data, SPLITS | {"train": ["u0"]}, SETTINGS, tmp_path / "face", progress=False)
+    home = files.make_folder(encoding_folder(data, SPLITS, SETTINGS, tmp_path / "face"))
+    shutil.copyfile(other.folder / FACE, home / FACE)
+    encoded = encode_corpus(data, SPLITS, SETTINGS, tmp_path / "face", progress=False)
+    assert encoded.folder == home != other.folder
+    np.testing.assert_array_equal(encoded.clip("u3").parameters, other.clip("u3").parameters)
 
 
 @pytest.mark.parametrize(("dimensions", "said"), [
