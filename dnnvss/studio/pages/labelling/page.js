@@ -36,6 +36,7 @@ function draw() {
 // Where each point belongs: the scheme's layout, the chosen point in it.
 function chart() {
   $("chart").replaceChildren();
+  $("chart").toggleAttribute("hidden", !sheet.layout);
   if (!sheet.layout) return;
   const xs = sheet.layout.map(p => p[0]), ys = sheet.layout.map(p => p[1]), edge = 0.15;
   const [left, top] = [Math.min(...xs) - edge, Math.min(...ys) - edge];
