@@ -151,6 +151,24 @@ def test_the_command_and_the_files_give_the_same_again(client: Client, take: Any
         assert json.loads(Path(f"{name}.json").read_text())["life"]["seed"] == 7
 
 
+def test_a_voice_gives_the_same_again_though_it_is_taken_away_at_another_rate(
+    client: Client, take: Any, runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = json.loads((runs.parent / "corpus" / "utterances.jsonl").read_text().splitlines()[0])
+    wav = (runs.parent / "corpus" / said["audio"]).read_bytes()
+    sound = json.loads(client.ask("POST", "/v1/sounds", wav, "application/octet-stream")[1])["id"]
+    voiced = client.json("POST", "/v1/speak", {"run": take["run"], "text": said["text"], "sound": sound})
+    for name in ("session.json", "speech.wav", "speech.TextGrid", "speech.npz"):
+        (tmp_path / name).write_bytes(client.ask("GET", f"/v1/takes/{voiced['id']}/files/{name}")[1])
+    own = np.load(tmp_path / "speech.npz")["points"]
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(voiced["command"])
+    assert run_command("speak", *words[2:], "out=again.mp4") == 0
+    assert run_command("speak", "session=session.json", "wav=speech.wav", f"runs={runs}", "out=reopened.mp4") == 0
+    for name in ("again", "reopened"):
+        np.testing.assert_allclose(np.load(f"{name}.npz")["points"], own, atol=1e-4)
+
+
 def test_a_voice_that_was_brought_is_followed(client: Client, take: Any) -> None:
     _, wav = client.ask("GET", f"/v1/takes/{take['id']}/sound")
     status, data = client.ask("POST", "/v1/sounds", wav, "application/octet-stream")

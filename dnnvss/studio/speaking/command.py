@@ -18,7 +18,7 @@ def command_line(saying: Saying, spoken: Spoken) -> str:
     words = [f"run={spoken.run.folder}"]
     words += [f"text={saying.text}"] if saying.text else []
     words += [TAKEN["sound"]] if saying.sound else []
-    words += [TAKEN["alignment"]] if saying.alignment else []
+    words += [TAKEN["alignment"]] if saying.alignment or found_times(saying, spoken) else []
     words += [f"style={saying.style}"]
     for name in ("articulation", "closures", "contacts", "rest", "life", "seed"):
         if (value := getattr(saying, name)) is not None:
@@ -31,6 +31,11 @@ def command_line(saying: Saying, spoken: Spoken) -> str:
     words += [TAKEN["keys"]] if saying.keys else []
     words += ["overrides=words.txt"] if saying.pronunciations else []
     return " ".join(["dnnvss speak", *map(shlex.quote, words)])
+
+
+def found_times(saying: Saying, spoken: Spoken) -> bool:
+    """Whether phone times were found in a voice; in the sound that is taken away they may be found a frame beside."""
+    return bool(saying.sound) and saying.alignment is None and spoken.plan.phones is not None
 
 
 def rig_files(run: Run) -> dict[str, str]:

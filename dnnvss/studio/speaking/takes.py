@@ -3,7 +3,7 @@
 import io
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.curves import write_curves
 from dnnvss.export.take import write_take
-from dnnvss.studio.speaking.command import command_line, export_lines, measured_names, rig_files
+from dnnvss.studio.speaking.command import command_line, export_lines, found_times, measured_names, rig_files
 from dnnvss.studio.speaking.saying import Saying
 from dnnvss.style import write_keys
 from dnnvss.synthesis.outputs import write_spoken
@@ -164,7 +164,10 @@ class Take:
         return path
 
     def _session(self, path: Path) -> None:
-        files.write_json(path, {"saying": asdict(self.saying), "command": command_line(self.saying, self.spoken),
+        saying = self.saying
+        if found_times(saying, self.spoken):
+            saying = replace(saying, alignment=self.spoken.plan.alignment.to_json())
+        files.write_json(path, {"saying": asdict(saying), "command": command_line(self.saying, self.spoken),
                                 "commands": export_lines(self.saying, self.spoken, self.makers)})
 
     def _rig(self, curves: str, path: Path) -> None:
