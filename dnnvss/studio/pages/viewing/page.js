@@ -42,7 +42,11 @@ async function place() {
 }
 
 const SECTIONS = ["welcome", "questions", "screen", "headphones", "trial", "rest", "comment", "end"];
-const showOnly = name => { SECTIONS.forEach(id => { $(id).hidden = id !== name; }); window.scrollTo(0, 0); };
+const showOnly = name => {
+  SECTIONS.forEach(id => { $(id).hidden = id !== name; });
+  document.activeElement?.blur();  // a button that is hidden by now would keep Space for itself
+  window.scrollTo(0, 0);
+};
 
 function go(stage) {
   state.stage = stage; state.at = 0; keep(); show();
