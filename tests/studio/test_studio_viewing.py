@@ -165,6 +165,19 @@ def test_a_double_click_is_enough_and_the_answers_come_as_a_file(
 
 
 @needs_browser
+def test_a_pair_comes_to_its_end_where_no_picture_is_shown(folder: Path, browser: Browser) -> None:
+    size(browser, False)
+    with Server(ViewingDesk(folder).page()) as server:
+        browser.call("Page.navigate", url=server.url)
+        browser.wait("document.readyState === 'complete' && typeof state === 'object'")
+        browser.ask("HTMLVideoElement.prototype.requestVideoFrameCallback = () => 0")  # as in a tab that is hidden
+        click(browser, "#agree")
+        browser.wait("trial")
+        browser.key(" ")
+        assert browser.wait("trial.whole && !trial.busy", 20) and browser.ask("trial.apart") is None
+
+
+@needs_browser
 def test_a_phone_is_refused_where_the_test_says_so(folder: Path, browser: Browser) -> None:
     size(browser, True)
     with Server(ViewingDesk(folder).page()) as server:

@@ -57,7 +57,8 @@ const moved = video => new Promise(resolve => {
   return video.requestVideoFrameCallback(look);
 });
 
-// Begin, and say by how many milliseconds the second lagged behind the first when both had moved; null of a single one.
+// Begin, and say by how many milliseconds the second lagged behind the first when both had moved; null of a single one and
+// where no picture was shown.
 async function begin(videos) {
   const pictures = videos.map(moved);
   await Promise.all(videos.map(async (video, k) => {
@@ -66,7 +67,8 @@ async function begin(videos) {
     await video.play();
   }));
   if (videos.length < 2) return null;
-  await Promise.all(pictures);
+  const seen = await Promise.race([Promise.all(pictures), event(videos[0], "ended").then(() => null)]);
+  if (!seen) return null;  // a page that nobody looks at shows no picture
   const late = lag(...videos);
   lead = Math.max(-200, Math.min(200, lead - 0.7 * late));
   return late;
