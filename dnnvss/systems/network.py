@@ -18,6 +18,7 @@ from dnnvss.systems.base import READABLE, Example, Prediction, PredictionStream,
 from dnnvss.systems.figures import trajectory_figure
 from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, filled, pieces
 from dnnvss.systems.stacked import StackedNetworks
+from dnnvss.systems.unheard import heard_phones, lend_weights
 from dnnvss.timing import FrameClock
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.recipe import descent, steady
@@ -97,7 +98,9 @@ class NetworkModel(VisualModel):
             for k in range(self.members):
                 home = folder / f"member_{k + 1}" if k else folder
                 self._fit_member(train, val, home, self.settings.fit.seed + k)
+        heard = heard_phones(e.codes for e in train)
         for network in self.networks_:
+            lend_weights(network.get_submodule("first"), self.table, heard)
             network.eval()
         self._fit_variance(val)
 

@@ -12,6 +12,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.systems.feedforward import FeedForward
 from dnnvss.systems.frame_network import filled
+from dnnvss.systems.unheard import heard_phones, lend_weights
 from dnnvss.timing import FrameClock, Tier
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.classification import FrameClassification
@@ -72,6 +73,7 @@ class UnitNetwork:
         ours = replace(alone(settings), patience=settings.epochs)
         run_fit(network, FrameClassification(_diverged), one_cycle(ours), made._batches(train, ours, ours.seed),
                 made._batches(val, ours, None), ours, folder)
+        lend_weights(network.first, table, heard_phones(codes for codes, _ in train))
         network.eval()
         return made
 
