@@ -27,7 +27,7 @@ def design(name: str, **changes: Any) -> Design:
 
 def sheet_of(made: Design, runs: tuple[str, ...] = ("good", "bad")) -> Sheet:
     """The sheet of a test of runs that there are not."""
-    conditions = conditions_of(made, runs[:1] if made.conditions else runs)
+    conditions = conditions_of(made, runs[:max(c.run for c in made.conditions)] if made.conditions else runs)
     said = [(f"s{k}", WORDS[k % len(WORDS)]) for k in range(made.sentences + made.practice)]
     stimuli = [Stimulus(f"{k:08x}{c:08x}", c, k, 0.48, 25.0, made.seed, "1") for k in range(len(said))
                for c in range(len(conditions))]

@@ -17,7 +17,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.viewing.analysis import analyse
 from dnnvss.evaluation.viewing.answers import MOST, Answer, Received, Row, answer_files, receive
 from dnnvss.evaluation.viewing.design import Condition, conditions_of
-from dnnvss.evaluation.viewing.judgements import judgements, told
+from dnnvss.evaluation.viewing.judgements import Judgements, judgements, told
 from dnnvss.evaluation.viewing.lists import ORDERS, cells_of, check_places, list_count, ordered
 from dnnvss.evaluation.viewing.making import script_json
 from dnnvss.evaluation.viewing.report import html_page, markdown, write_report
@@ -241,6 +241,27 @@ def test_judgements_are_those_of_the_answers_and_checks_are_none() -> None:
     assert judged.condition[0].tolist() == [what[s.id] for s in row.stimuli]
     assert judged.value[0].tolist() == list(row.scores)
     assert len(judged.single().value) == 8
+
+
+def test_pairs_with_a_reference_are_scores_less_that_of_the_reference() -> None:
+    made = Judgements(np.array([0, 0, 1]), np.array([0, 1, 0]), np.array([[1, 0], [1, 2], [2, 1]]),
+                      np.array([[80.0, 30.0], [70.0, 75.0], [20.0, 90.0]]), ("a", "b"))
+    found = made.less(1)
+    assert found.condition.tolist() == [0, 1, 1] and found.value.tolist() == [-50.0, 5.0, -70.0]
+    assert found.viewer.tolist() == [0, 0, 1] and found.sentence.tolist() == [0, 1, 0]
+
+
+def test_where_viewers_rate_several_beside_a_reference_tests_know_that() -> None:
+    reference = str(design("dscqs").reference)
+    three = (Condition(reference, "recording"), Condition("near"), Condition("far", run=2))
+    sheet = sheet_of(design("dscqs", sentences=6, per_viewer=6, checks=0, conditions=three), ("x", "y"))
+    quality = {reference: 1.0, "near": 0.8, "far": -1.0}
+    result = analyse(sheet, Received({str(k): simulated(sheet, k, quality) for k in range(12)}, {}))
+    tables = {table.title: table for table in result.tables}
+    assert tables["Friedman"].rows[0][0] == "12" and tables["Friedman"].rows[0][2] == "1"
+    assert [row[:2] for row in tables["Differences in score (mixed model)"].rows] == [("near", "far")]
+    assert result.scores["near"].value > result.scores["far"].value
+
 
 
 @pytest.mark.parametrize("name", ["preference", "dscqs", "single", "turing", "intelligibility"])

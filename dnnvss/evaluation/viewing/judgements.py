@@ -54,6 +54,14 @@ class Judgements:
         twice = {name: np.repeat(getattr(self, name), 2) for name in ("viewer", "sentence")}
         return Judgements(condition=self.condition.ravel(), value=self.value.ravel(), viewers=self.viewers, **twice)
 
+    def less(self, reference: int) -> "Judgements":
+        """The score of the other one of each pair less that of the reference; the others are numbered without it."""
+        left, right = self.condition.T
+        turned = left != reference
+        other = np.where(turned, left, right)
+        points = np.where(turned, 1.0, -1.0) * (self.value[:, 0] - self.value[:, 1])
+        return Judgements(self.viewer, self.sentence, other - (other > reference), points, self.viewers)
+
 
 def _means(row: np.ndarray, column: np.ndarray, value: np.ndarray, rows: int, columns: int) -> np.ndarray:
     total, count = np.zeros((rows, columns)), np.zeros((rows, columns))

@@ -38,7 +38,7 @@ def single(sheet: Sheet, judged: Judgements) -> Found:
          number(float(np.median(judged.value[judged.condition == k])), 1))
         for k, n in enumerate(names) if n in scores), ("0 is the left end of the scale and 100 the right one.",))]
     tables += _kruskal(sheet, judged)
-    more, warnings = _together(sheet, judged, table)
+    more, warnings = _together(names, judged, table)
     tables += [*more, *_signed_ranks(sheet, judged)]
     alpha = krippendorff(judged.grid(count, len(sheet.sentences)))
     return Found(scores, "points of 100", (*tables, agreement_table(alpha, "scores")), tuple(warnings))
@@ -69,9 +69,9 @@ def _kruskal(sheet: Sheet, judged: Judgements) -> list[Table]:
     return tables
 
 
-def _together(sheet: Sheet, judged: Judgements, table: np.ndarray) -> tuple[list[Table], list[str]]:
+def _together(names: Sequence[str], judged: Judgements, table: np.ndarray) -> tuple[list[Table], list[str]]:
     """Tests that know that a viewer scored several things: Friedman, and the mixed model."""
-    names, tables, warnings = names_of(sheet), list[Table](), list[str]()
+    tables, warnings = list[Table](), list[str]()
     whole = table[~np.isnan(table).any(axis=1)]
     if len(whole) > 1 and table.shape[1] > 1:
         test = friedman(whole)
@@ -99,11 +99,10 @@ def _signed_ranks(sheet: Sheet, judged: Judgements) -> list[Table]:
     if len(sheet.conditions) != 2:
         return []
     grid = judged.grid(2, len(sheet.sentences)).reshape(len(judged.viewers), 2, -1)
-    return _per_viewer(sheet, judged.viewers, grid[:, 0] - grid[:, 1], names_of(sheet)[0], names_of(sheet)[1])
+    return _per_viewer(judged.viewers, grid[:, 0] - grid[:, 1], names_of(sheet)[0], names_of(sheet)[1])
 
 
-def _per_viewer(sheet: Sheet, viewers: Sequence[str], differences: np.ndarray, first: str, second: str
-                ) -> list[Table]:
+def _per_viewer(viewers: Sequence[str], differences: np.ndarray, first: str, second: str) -> list[Table]:
     """The signed rank tests of differences (viewers, sentences)."""
     rows, means = [], []
     for name, row in zip(viewers, differences, strict=True):
@@ -122,28 +121,26 @@ def _per_viewer(sheet: Sheet, viewers: Sequence[str], differences: np.ndarray, f
 
 def dscqs(sheet: Sheet, judged: Judgements) -> Found:
     """Differences to the hidden reference, by condition."""
-    names, reference = names_of(sheet), names_of(sheet).index(str(sheet.design["reference"]))
-    left, right = judged.condition.T
-    other = np.where(left == reference, right, left)
-    turned = left != reference
-    difference = np.where(turned, judged.value[:, 0] - judged.value[:, 1], judged.value[:, 1] - judged.value[:, 0])
+    every, reference = names_of(sheet), str(sheet.design["reference"])
+    names, points = [name for name in every if name != reference], judged.less(every.index(reference))
+    table, cells = points.table(len(names)), points.grid(len(names), len(sheet.sentences))
+    grid = cells.reshape(len(points.viewers), len(names), -1)
     rows, tables, scores, tested = list[list[str]](), list[Table](), dict[str, Score](), list[float]()
     for k, name in enumerate(names):
-        mask = other == k
-        if k == reference or not mask.any():
+        mask = points.condition == k
+        if not mask.any():
             continue
-        over = mean_interval(own_means(difference[mask], judged.viewer[mask]))
+        over = mean_interval(own_means(points.value[mask], points.viewer[mask]))
         scores[name] = Score.of(over)
         tested.append(over.p)
         rows.append([name, str(int(mask.sum())), interval(over, 1), p_value(over.p)])
-        grid = np.full((len(judged.viewers), len(sheet.sentences)), np.nan)
-        grid[judged.viewer[mask], judged.sentence[mask]] = difference[mask]
-        tables += _per_viewer(sheet, judged.viewers, grid, name, names[reference])
+        tables += _per_viewer(points.viewers, grid[:, k], name, reference)
     rows = [[*row, p_value(p)] for row, p in zip(rows, holm(tested), strict=True)]
     head = ("condition", "pairs", "points, over viewers", "p", "p (Holm)")
     summary = Table("Difference to the hidden reference", head, tuple(map(tuple, rows)),
-                    (f"The reference is {names[reference]}; negative: rated below it.",))
+                    (f"The reference is {reference}; negative: rated below it.",))
+    more, warnings = _together(names, points, table) if len(names) > 1 else ([], [])
     single = judged.single()
-    alpha = krippendorff(single.grid(len(names), len(sheet.sentences)))
-    return Found(scores, f"points of 100 above {names[reference]}",
-                  (summary, *_kruskal(sheet, single), *tables, agreement_table(alpha, "scores")))
+    alpha = krippendorff(single.grid(len(every), len(sheet.sentences)))
+    return Found(scores, f"points of 100 above {reference}",
+                 (summary, *_kruskal(sheet, single), *more, *tables, agreement_table(alpha, "scores")), tuple(warnings))
