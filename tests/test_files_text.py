@@ -100,3 +100,15 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
         assert caught.value.file == wrong
     assert (tmp_path / "taken").read_text() == "a file"
     assert files.make_folder(tmp_path / "a" / "b").is_dir() and files.make_folder(tmp_path / "a").is_dir()
+
+
+def test_a_file_that_goes_while_it_is_read_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("here")
+
+    def gone(path: Path) -> bytes:
+        path.unlink()
+        return path.read_bytes()
+
+    with pytest.raises(DnnvssError, match=r"a\.txt.* was removed by another command .* Again"):
+        files.read(path, gone, "Again")

@@ -33,6 +33,8 @@ def read(path: str | Path, reader: Callable[[Path], Any], remedy: str) -> Any:
     except Exception as error:  # each format fails in its own way; all of them mean the same to the user
         if (short := shortage_of(error, path)) is not None:
             raise short from error
+        if not path.is_file():
+            raise DnnvssError("was removed by another command while it was read", file=path, remedy=remedy) from error
         if path.stat().st_size == 0:
             raise DnnvssError("is empty, not a byte of it is there", file=path, remedy=remedy) from error
         said = " ".join(f"{type(error).__name__}: {error}".split())[:300]
