@@ -1,4 +1,4 @@
-"""Phones that training never heard: a network takes them for the likest that it did.
+"""Phones that training never heard: a network takes them for those that it did, the likest first.
 
 The weights of a column that is never 1 stay as they were drawn, so that such a phone would add noise wherever it is
 seen, also from the frames and segments around.
@@ -25,12 +25,21 @@ def heard_phones(every: Iterable[FrameCodes]) -> set[str]:
     return found
 
 
-def stand_in_columns(table: FeatureTable, heard: set[str]) -> tuple[list[int], list[int]]:
-    """The binary columns of phones that nobody heard, and for each that of the likest heard one at the same place."""
-    likest = {phone: nearest(phone, heard)[0][0] for phone in PHONES if phone not in heard}
+def stand_in_columns(table: FeatureTable, heard: set[str]) -> dict[int, dict[int, float]]:
+    """The binary columns of phones that nobody heard, each as shares of those of heard ones at the same place.
+
+    Shares fall with the distance of the phones (:func:`dnnvss.phones.nearest`), by a factor of e for each unit.
+    """
+    likest = {phone: _shares(phone, heard) for phone in PHONES if phone not in heard}
     place = {_parts(table.columns[column]): k for k, column in enumerate(table.binary_columns)}
-    never = {k: place[at, likest[phone]] for (at, phone), k in place.items() if phone in likest}
-    return list(never), list(never.values())
+    return {k: {place[at, other]: share for other, share in likest[phone].items()}
+            for (at, phone), k in place.items() if phone in likest}
+
+
+def _shares(phone: str, heard: set[str]) -> dict[str, float]:
+    names, distances = zip(*nearest(phone, heard), strict=True)
+    shares = np.exp(distances[0] - np.array(distances))
+    return dict(zip(names, (shares / shares.sum()).tolist(), strict=True))
 
 
 def _parts(column: str) -> tuple[str, str]:
@@ -42,14 +51,15 @@ def _parts(column: str) -> tuple[str, str]:
 
 @torch.no_grad()
 def lend_weights(first: nn.Module, table: FeatureTable, heard: set[str]) -> None:
-    """Give the columns of phones that training never heard the weights of the likest that it did.
+    """Give the columns of phones that training never heard weights of the likest that it did.
 
     Args:
         first: the layer of a network that sees the columns, with ``weight`` (columns + 1, H).
         table: what the columns are.
         heard: the phones that training heard; nothing is known of them where there are none.
     """
-    if heard:
-        never, instead = stand_in_columns(table, heard)
-        weight = first.get_parameter("weight")
-        weight[never] = weight[instead]
+    if not heard:
+        return
+    weight = first.get_parameter("weight")
+    for column, shares in stand_in_columns(table, heard).items():
+        weight[column] = weight.new_tensor(list(shares.values())) @ weight[list(shares)]

@@ -31,21 +31,21 @@ def test_a_phone_never_heard_is_taken_for_the_likest() -> None:
     network = FeedForward(TABLE.binary_width, 0, TABLE.active_width, out=3, hidden=[8])
     before = outputs(network, "P", "AA", "P")
     assert (outputs(network, "M", "AA", "P") - before).abs().max() > 0.01
-    lend_weights(network.first, TABLE, {"sil", "P", "AA", "T"})
-    torch.testing.assert_close(outputs(network, "M", "AA", "M"), before, rtol=0, atol=1e-6)
+    lend_weights(network.first, TABLE, {"sil", "P", "AA", "T"})  # T and AA are too far from M to count
+    torch.testing.assert_close(outputs(network, "M", "AA", "M"), before, rtol=0, atol=1e-3)
     torch.testing.assert_close(outputs(network, "P", "AA", "P"), before, rtol=0, atol=0)
     assert (outputs(network, "T", "AA", "P") - before).abs().max() > 0.01
 
 
-def test_columns_are_those_of_the_same_place() -> None:
-    heard = set(PHONES) - {"M", "ZH"}
-    never, instead = stand_in_columns(TABLE, heard)
+def test_columns_are_those_of_the_same_place_by_distance() -> None:
+    lent = stand_in_columns(TABLE, {"AW", "AY", "AE", "P"})
     names = [TABLE.columns[k] for k in TABLE.binary_columns]
-    assert len(never) == 2 * (1 + 32 + 5)
-    for one, other in zip(never, instead, strict=True):
-        assert names[other] == names[one][: -len(names[one].replace("/", ":").split(":")[-1])] + \
-            names[other].replace("/", ":").split(":")[-1]
-        assert names[one].endswith(("M", "ZH")) and names[other].replace("/", ":").split(":")[-1] in heard
+    assert len(lent) == (len(PHONES) - 4) * (1 + 32 + 5)
+    shares = lent[names.index("phone_window/-3:AA")]
+    assert {names[k] for k in shares} == {f"phone_window/-3:{p}" for p in ("AW", "AY", "AE", "P")}
+    by = {names[k].split(":")[1]: share for k, share in shares.items()}
+    assert by["AW"] == by["AY"] and by["AE"] / by["AW"] == pytest.approx(np.exp(2.5 - 4.5))
+    assert sum(by.values()) == pytest.approx(1)
 
 
 @pytest.mark.parametrize("heard", [set(), set(PHONES)])
