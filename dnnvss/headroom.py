@@ -47,8 +47,9 @@ class Limit:
 
 
 LIMITS = (Limit("RLIMIT_AS", "VmSize", "v", 1000, 240), Limit("RLIMIT_DATA", "VmData", "d", 170, 230))
-PRODUCTS = 40
-"""Megabytes that a copy of OpenBLAS takes for each thread when it multiplies for the first time."""
+COPIES, PRODUCTS = 3, 40
+"""Copies of OpenBLAS (numpy's, scipy's, OpenCV's), and megabytes that each takes for each thread when it multiplies for
+the first time."""
 
 
 def for_libraries() -> None:
@@ -72,15 +73,17 @@ def for_products() -> None:
     for limit in _limiting():
         if (allowed := limit.allowed()) is None:
             continue
-        bound, needed = True, _held(limit.held) + 2 * PRODUCTS * _threads()
+        bound, needed = True, _held(limit.held) + COPIES * PRODUCTS * _threads()
         if allowed < needed:
             raise _too_low(limit, allowed, needed)
     if bound:
+        import cv2
         import numpy as np
         import scipy.linalg
 
         square = np.eye(256)
-        scipy.linalg.solve(square @ square, square)
+        cv2.solve(scipy.linalg.solve(square @ square, square), square, flags=cv2.DECOMP_SVD)
+        cv2.gemm(square, square, 1.0, square, 0.0)
 
 
 def _limiting() -> tuple[Limit, ...]:
