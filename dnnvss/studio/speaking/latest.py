@@ -23,11 +23,12 @@ class Latest(Generic[T]):
         return len(self._things)
 
     def put(self, name: str, thing: T, size: int) -> list[str]:
-        """Keep a thing; the names of those that had to go for it."""
+        """Keep a thing, in the place of one of that name; the names of those that had to go for it."""
         gone = list[str]()
         with self._lock:
+            _, before = self._things.pop(name, (None, 0))
             self._things[name] = thing, size
-            self._size += size
+            self._size += size - before
             while len(self._things) > self._most or (self._size > self._size_most and len(self._things) > 1):
                 old, (_, own) = self._things.popitem(last=False)
                 self._size -= own
