@@ -27,9 +27,10 @@ VERSION = 2
 PIECE = 20.0
 """Seconds of sound that are recognised at once, at most."""
 _BLOCK = 600  # seconds of sound whose level is measured at once
+_AROUND = 0.3  # seconds of silence around what is recognised
 _BEFORE, _BEHIND = 0.2, 0.3
-"""Seconds of silence before and behind a passage. Given more before it, weak first sounds swallow that, and pictures of
-another shot with it; final sounds die away slowly."""
+"""Seconds of silence before and behind a passage that is put in time. Given more before it, weak first sounds swallow
+that, and pictures of another shot with it; final sounds die away slowly."""
 
 
 def folder_of(out: Path) -> Path:
@@ -83,8 +84,8 @@ def find_words(name: str, out: Path, wav: Path, start: float, end: float, vocabu
         vocabulary: the folder of the text's vocabulary.
         text: what tells it from that of another text.
     """
-    begin = max(start - _BEHIND, 0.0)
-    heard = recognise(stretch(wav, SPEECH_RATE, begin, end + _BEHIND), Path(vocabulary))
+    begin = max(start - _AROUND, 0.0)
+    heard = recognise(stretch(wav, SPEECH_RATE, begin, end + _AROUND), Path(vocabulary))
     return {"words": [[word.word, round(word.start + begin, 3), round(word.end + begin, 3)] for word in heard]}
 
 

@@ -302,7 +302,7 @@ async function follow(file) { state.times = await send(`/v1/alignments/${encodeU
 async function reopen(file) {
   const {saying} = await file.text().then(JSON.parse).catch(() => ({}));
   if (!saying) throw new Error(`${file.name} is no session of this page`);
-  for (const name of ['run', 'view']) if (![...$(name).options].some(option => option.value === saying[name])) throw new Error(`the session was spoken by ${saying[name]}, which is not here`);
+  for (const name of ['run', 'view']) if (![...$(name).options].some(option => option.value === saying[name])) throw new Error(`the session has the ${name} ${saying[name]}, which is not here`);
   for (const name of ['run', 'view']) $(name).value = saying[name];
   fill(saying);
   Object.assign(state, {words: saying.pronunciations || {}, times: saying.alignment || null, sound: null, awaited: Boolean(saying.sound),
