@@ -1,13 +1,13 @@
-"""A head as a lit surface, drawn by OpenCV from the back to the front; needs no graphics card."""
+"""A head as a lit surface, drawn from the back to the front; needs no graphics card."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from dnnvss.face.mesh import Mesh
 from dnnvss.face.mesh.parts import part_colour
+from dnnvss.render.fill import fill_for
 
 _GROUND = (250, 248, 245)
 _BEHIND = ("mouth", "upper_teeth", "lower_teeth", "tongue", "socket", "eye", "iris", "pupil")
@@ -16,7 +16,6 @@ _DARK = {"mouth": 0.55, "upper_teeth": 0.85, "lower_teeth": 0.8, "tongue": 0.85}
 """How much light reaches parts inside the mouth."""
 _LIGHT = np.array([-0.3, 0.45, 0.84])
 _AMBIENT, _GLOSS = 0.42, 0.16
-_SHIFT = 4
 _ROOM = 1.06
 
 
@@ -73,10 +72,14 @@ class Solid:
         mesh: whose faces and parts are drawn.
         camera: from where.
         smooth: drawn pixels for each pixel of the picture, along each axis.
+
+    Raises:
+        DnnvssError: see :func:`~dnnvss.render.fill.fill_for`.
     """
 
     def __init__(self, mesh: Mesh, camera: Camera, smooth: int = 1) -> None:
-        self.mesh, self.camera, self.smooth = mesh, camera, smooth
+        self.mesh, self.camera = mesh, camera
+        self.fill = fill_for(camera.size, _GROUND, smooth)
         self.colours = np.array([part_colour(p) for p in mesh.parts], float)[mesh.part_of]
         self.light = np.array([_DARK.get(p, 1.0) for p in mesh.parts])[mesh.part_of]
         layers = [_BEHIND.index(p) if p in _BEHIND else len(_BEHIND) for p in mesh.parts]
@@ -101,17 +104,7 @@ class Solid:
         shown = np.flatnonzero(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0)
         depth = corners[shown, :, 2].mean(axis=1)
         order = shown[np.lexsort((depth, self._layers(shown, depth, seen)))]
-        colours = self._shades(vertices)[order].tolist()
-        shapes = np.round(corners[order, :, :2] * (self.smooth * 2**_SHIFT)).astype(np.int32)
-        width, height = self.camera.size
-        image = np.full((height * self.smooth, width * self.smooth, 3), _GROUND, np.uint8)
-        for shape, colour in zip(shapes, colours, strict=True):
-            cv2.fillConvexPoly(image, shape, colour, cv2.LINE_8, _SHIFT)
-        return (
-            image
-            if self.smooth == 1
-            else cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
-        )
+        return self.fill(corners[order, :, :2], self._shades(vertices)[order])
 
     def _layers(self, shown: np.ndarray, depth: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """The layer of each face that is shown; a tongue that is put out comes before the lips."""
