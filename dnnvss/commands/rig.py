@@ -128,15 +128,16 @@ def _head(path: Path | None, points: Path | None) -> "Head":
 
 
 def _film(path: Path, take: "Take", given: dict[str, Any]) -> None:
+    from dnnvss.face.mesh.turns import Turns
     from dnnvss.media import SOUND_RATE, read_audio, write_video
     from dnnvss.progress import counted
     from dnnvss.render.solid import Solid, whole_head
 
     assert take.head is not None
     head, weights = take.head, take.head.weights(take.curves)
-    camera = whole_head(head.mesh, given["height"], given["turn"])
-    solid = Solid(head.mesh, camera, smooth=2)
-    frames = (solid.picture(head.vertices(row)) for row in weights)
+    turns = Turns.of(head.mesh, take.curves)
+    camera = whole_head(head.mesh, given["height"], given["turn"], turns)
+    frames = Solid(head.mesh, camera, smooth=2).frames(head.moved(weights, turns))
     samples = read_audio(given["sound"], SOUND_RATE) if given["sound"] else None
     with counted(frames, "rendering", unit="pictures") as bar:
         write_video(path, bar, take.clock.rate, samples, SOUND_RATE)

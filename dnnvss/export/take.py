@@ -14,6 +14,7 @@ from dnnvss.export.live_link import SHAPES, write_live_link
 from dnnvss.export.timecode import TimeCode
 from dnnvss.face.mesh import Head
 from dnnvss.face.mesh.gltf_write import write_glb
+from dnnvss.face.mesh.turns import Turns
 from dnnvss.timing import FrameClock
 
 SUFFIXES = (".csv", ".json", ".glb")
@@ -70,7 +71,8 @@ def write_take(path: Path, take: Take) -> Path:
     """Write a take as the suffix says, and return the path.
 
     ``.csv`` is Live Link Face's where the curves are ARKit's, else a column a curve behind frame, seconds and time
-    code; ``.json`` holds names, frames and the time code; ``.glb`` the head with its shapes and one animation.
+    code; ``.json`` holds names, frames and the time code; ``.glb`` the head with its shapes and one animation, which
+    turns it where the curves do.
 
     Raises:
         DnnvssError: another suffix, or a ``.glb`` of curves that no head belongs to.
@@ -89,7 +91,8 @@ def write_take(path: Path, take: Take) -> Path:
         )
     weights = take.head.weights(take.curves)
     about = {"rate": _rate(take.clock), "timecode": str(take.start), **take.about}
-    return write_glb(path, take.head, weights, take.seconds, about)
+    turns = Turns.of(take.head.mesh, take.curves)
+    return write_glb(path, take.head, weights, take.seconds, about, turns)
 
 
 def _write_csv(path: Path, take: Take) -> Path:

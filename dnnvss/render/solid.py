@@ -7,6 +7,7 @@ import numpy as np
 
 from dnnvss.face.mesh import Mesh
 from dnnvss.face.mesh.parts import part_colour
+from dnnvss.face.mesh.turns import Turns
 from dnnvss.render.fill import fill_for
 
 _GROUND = (250, 248, 245)
@@ -51,15 +52,16 @@ class Camera:
         return at * [1, -1, 1] + [self.size[0] / 2, self.size[1] / 2, 0]
 
 
-def whole_head(mesh: Mesh, height: int = 480, turn: float = 0.0) -> Camera:
-    """A camera that sees all of a mesh.
+def whole_head(mesh: Mesh, height: int = 480, turn: float = 0.0, turns: Turns | None = None) -> Camera:
+    """A camera that sees all of a mesh, in all frames where it turns.
 
     Args:
         mesh: the head at rest.
         height: of the picture in pixels.
-        turn: degrees by which it is turned.
+        turn: degrees by which it is seen turned.
+        turns: how it turns in a take.
     """
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    low, high = turns.reach(mesh) if turns else (mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
     span = (high - low) * _ROOM
     width = 2 * round(height * max(span[0], abs(np.sin(np.deg2rad(turn))) * span[2]) / span[1] / 2)
     return Camera((low + high) / 2, float(span[1]), turn, size=(max(width, 2), 2 * (height // 2)))

@@ -9,6 +9,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh import Head, packaged_head
 from dnnvss.face.mesh.fitting import Fitted, OnHead
 from dnnvss.face.mesh.tongue import speaking_head
+from dnnvss.face.mesh.turns import Turns
 from dnnvss.face.rig import RigFace
 from dnnvss.render.solid import Solid, whole_head
 from dnnvss.runs.run import Run
@@ -93,5 +94,6 @@ def head_pictures(
             remedy="Take another view: render=face",
         )
     weights, _ = head_weights(run, parameters, head, tongue)
-    solid = Solid(head.mesh, whole_head(head.mesh, max(2, height // 2 * 2)), smooth=2)
-    return (solid.picture(head.vertices(row)) for row in weights)
+    turns = Turns.of(head.mesh, rig_curves(run.face, parameters)) if isinstance(run.face, RigFace) else None
+    camera = whole_head(head.mesh, max(2, height // 2 * 2), turns=turns)
+    return Solid(head.mesh, camera, smooth=2).frames(head.moved(weights, turns))

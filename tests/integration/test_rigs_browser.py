@@ -29,6 +29,7 @@ new GLTFLoader().load("/take.glb", gltf => {
   window.at = seconds => { mixer.setTime(seconds); const m = meshes[0];
     const named = Object.entries(m.morphTargetDictionary);
     return Object.fromEntries(named.map(([n, k]) => [n, m.morphTargetInfluences[k]])); };
+  window.neck = () => gltf.scene.getObjectByName("neck").quaternion.toArray();
   window.size = () => new Box3().setFromObject(gltf.scene).getSize(new Vector3()).toArray();
   window.ready = meshes.length;
 }, undefined, error => { window.failed = String(error); });
@@ -44,7 +45,8 @@ def site(tmp_path: Path) -> Iterator[tuple[str, Take]]:
     (tmp_path / "three").symlink_to(three.resolve())
     (tmp_path / "index.html").write_text(PAGE)
     opened = 0.5 - 0.5 * np.cos(np.arange(50) / 6)
-    take = Take({"jawOpen": opened, "mouthPucker": opened[::-1]}, FrameClock(25), head=packaged_head())
+    curves = {"jawOpen": opened, "mouthPucker": opened[::-1], "HeadYaw": np.linspace(-0.4, 0.4, 50)}
+    take = Take(curves, FrameClock(25), head=packaged_head())
     write_take(tmp_path / "take.glb", take)
     quiet = type("Quiet", (http.server.SimpleHTTPRequestHandler,), {"log_message": lambda *_: None})
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(quiet, directory=str(tmp_path)))
@@ -68,6 +70,8 @@ def test_three_plays_the_take(site: tuple[str, Take], tmp_path: Path) -> None:
             assert shown["jawOpen"] == pytest.approx(take.curves["jawOpen"][frame], abs=1e-4)
             assert shown["mouthPucker"] == pytest.approx(take.curves["mouthPucker"][frame], abs=1e-4)
             assert shown["browInnerUp"] == 0
+            half = -take.curves["HeadYaw"][frame] / 2
+            assert browser.ask("window.neck()") == pytest.approx([0, np.sin(half), 0, np.cos(half)], abs=1e-4)
         size = browser.ask("window.size()")
         own = np.ptp(packaged_head().mesh.vertices, axis=0)
         assert (np.array(size) >= own - 1e-3).all() and (np.array(size) < 2 * own).all()

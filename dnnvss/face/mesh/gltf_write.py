@@ -16,6 +16,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh.head import Head
 from dnnvss.face.mesh.parts import part_colour
+from dnnvss.face.mesh.turns import Turns
 
 _FLOAT, _SHORT, _INT = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
@@ -60,6 +61,7 @@ def write_glb(
     weights: np.ndarray | None = None,
     times: np.ndarray | None = None,
     about: dict[str, Any] | None = None,
+    turns: Turns | None = None,
 ) -> Path:
     """Write a head with its shapes, and one animation of their weights, as ``.glb``; return the path.
 
@@ -69,6 +71,7 @@ def write_glb(
         weights: of the shapes (F, S); no animation where None.
         times: seconds (F,) of the frames, rising.
         about: kept in ``asset.extras``, such as the time code of the first frame.
+        turns: of the whole head in these frames: a node ``neck`` that turns; none where None.
 
     Raises:
         DnnvssError: the file would be larger than :data:`MOST_BYTES`.
@@ -86,6 +89,8 @@ def write_glb(
     document = _document(head, buffer, about or {})
     if weights is not None and times is not None and len(times):
         document["animations"] = [_animation(weights, times, buffer)]
+        if turns is not None:
+            _turn(document, turns, buffer)
     document |= {
         "bufferViews": buffer.views,
         "accessors": buffer.accessors,
@@ -168,3 +173,15 @@ def _animation(weights: np.ndarray, times: np.ndarray, buffer: _Buffer) -> dict[
         "samplers": [{"input": inputs, "output": outputs, "interpolation": "LINEAR"}],
         "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}],
     }
+
+
+def _turn(document: dict[str, Any], turns: Turns, buffer: _Buffer) -> None:
+    """Hang the head on a node in its neck, and turn that in the animation."""
+    pivot, animation = turns.pivot.tolist(), document["animations"][0]
+    document["nodes"][0]["translation"] = [-value for value in pivot]
+    document["nodes"].append({"name": "neck", "translation": pivot, "children": [0]})
+    document["scenes"] = [{"nodes": [1]}]
+    outputs = buffer.add(turns.quaternions.astype(np.float32), "VEC4")
+    first = animation["samplers"][0]
+    animation["samplers"].append(first | {"output": outputs})
+    animation["channels"].append({"sampler": 1, "target": {"node": 1, "path": "rotation"}})

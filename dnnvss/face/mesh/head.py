@@ -1,6 +1,6 @@
 """A head with named shapes: the one that ships with the package, and others in its form."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -10,6 +10,7 @@ import numpy as np
 from dnnvss.archives import Held, read_declared
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh.surface import Mesh
+from dnnvss.face.mesh.turns import Turns
 
 HEAD_FILE = Path(__file__).with_name("head.npz")
 UNIT = 1e-5
@@ -59,6 +60,12 @@ class Head:
         """Vertices (..., V, 3) for weights (..., S)."""
         moved = np.asarray(weights, self.flat.dtype) @ self.flat
         return self.mesh.vertices + moved.reshape(*np.shape(weights)[:-1], -1, 3)
+
+    def moved(self, weights: np.ndarray, turns: Turns | None = None) -> Iterator[np.ndarray]:
+        """Yield the vertices (V, 3) of each frame, for weights (F, S) and the turns of the head in these frames."""
+        for frame, row in enumerate(weights):
+            vertices = self.vertices(row)
+            yield vertices if turns is None else turns.turned(vertices, frame)
 
     def weights(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Weights (F, S) of curves by name (F,); shapes without a curve stay at rest, other curves are left.

@@ -13,6 +13,7 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh.bezier import BezierSurface
 from dnnvss.face.mesh.deformer import Deformer, bind
+from dnnvss.face.mesh.eyes import eye_shapes
 from dnnvss.face.mesh.guess import REMEDY, guess_points
 from dnnvss.face.mesh.head import Head, packaged_head
 from dnnvss.face.mesh.jaw import Jaw, jaw_of
@@ -70,6 +71,8 @@ def with_shapes(mesh: Mesh, transfer: Transfer) -> Head:
     """A mesh with the shapes of the packaged head, each as far as that goes at weight 1."""
     head = packaged_head()
     made = [transfer.vertices(head.mesh.vertices + shape) - mesh.vertices for shape in head.shapes]
+    for name, (rows, moved) in eye_shapes(mesh, float(transfer.rest[:, 0].mean())).items():
+        made[head.position(name)][rows] = moved
     return Head(mesh, head.names, np.array(made, np.float32))
 
 
