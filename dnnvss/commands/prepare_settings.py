@@ -57,7 +57,14 @@ class CorpusSettings:
 
     @classmethod
     def from_setting(cls, value: Any, where: str) -> "CorpusSettings":
-        """The settings of either kind of corpus."""
+        """The settings of either kind of corpus.
+
+        Raises:
+            DnnvssError: a wrong setting, or several corpora where one is meant.
+        """
+        if isinstance(value, Mapping) and "talkers" in value:
+            raise DnnvssError(f"{where}=several is no corpus: it names some for one training",
+                              remedy="Prepare each of them by itself, then train.py corpus=[a,b]")
         if isinstance(value, Mapping) and value.get("importer") is not None:
             recorded = read_settings(RecordedCorpus, value, where)
             return cls(recorded, recorded.importer)

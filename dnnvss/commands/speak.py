@@ -21,6 +21,7 @@ from dnnvss.formats import read_alignment, spanning, write_alignment
 from dnnvss.media import SOUND_RATE, SPEECH_RATE, read_audio
 from dnnvss.runs.choice import HEARD, SPOKEN, best_run
 from dnnvss.runs.run import Run
+from dnnvss.runs.talkers import is_together, talker_run
 from dnnvss.style import read_keys, write_keys
 from dnnvss.style.generator import StyleSettings, make_style
 from dnnvss.synthesis.footage import read_footage
@@ -84,6 +85,8 @@ def chosen_run(settings: SpeakSettings) -> Path:
         spoken = SPOKEN if settings.text or settings.alignment or not settings.wav else frozenset()
         heard = HEARD if settings.wav or settings.speech.engine != "none" else frozenset()
         folder, why = best_run(Path(settings.runs), spoken | heard, settings.talker)
+    elif is_together(folder):
+        folder, why = talker_run(folder, settings.talker), f"of {settings.talker}"
     print(f"run: {folder}" + (f" ({why})" if why else ""))
     return folder
 

@@ -9,6 +9,7 @@ from dnnvss.commands.speak_settings import SpeakSettings
 from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
 from dnnvss.runs.run import Run
+from dnnvss.runs.talkers import run_folders
 from dnnvss.studio.speaking.saying import Saying
 from dnnvss.style.generator import StyleSettings
 from dnnvss.synthesis.request import Recording, SpeakRequest
@@ -36,11 +37,12 @@ def session_run(settings: SpeakSettings, path: Path) -> Path:
     """
     if settings.run:
         return Path(settings.run)
-    run = files.inside(Path(settings.runs), read_session(path).run)
-    if not run.is_dir():
-        raise DnnvssError(f"the session was spoken by {run.name}, which is not in {run.parent}", file=path,
-                          remedy="Say where it is: run=FOLDER")
-    return run
+    name = read_session(path).run
+    for folder in run_folders(Path(settings.runs)):
+        if folder.name == name and folder.is_dir():
+            return folder
+    raise DnnvssError(f"the session was spoken by {name}, which is not in {settings.runs}", file=path,
+                      remedy="Say where it is: run=FOLDER")
 
 
 def session_request(

@@ -8,6 +8,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.export.take import CURVES, check_take_file
 from dnnvss.export.timecode import TimeCode
 from dnnvss.export.visemes import SUFFIXES, check_cue_file
+from dnnvss.runs.talkers import is_together
 from dnnvss.settings import setting
 from dnnvss.speech.engines.choice import ENGINES
 from dnnvss.style.generator import StyleSettings
@@ -118,7 +119,7 @@ def check_files(settings: SpeakSettings) -> None:
         if settings.session and getattr(settings, name) is not None:
             raise DnnvssError(f"{name}= and session= were both given, and a session says that itself",
                               remedy="Leave one of them out")
-    if settings.run and settings.talker:
+    if settings.run and settings.talker and not is_together(Path(settings.run)):
         raise DnnvssError(f"talker={settings.talker} chooses among runs, and run={settings.run} names one",
                           remedy="Leave one of them out")
     for name in ("rate", "rig_rate"):

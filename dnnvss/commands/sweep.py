@@ -5,7 +5,8 @@ import math
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,15 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
+from dnnvss.commands.several import several_corpora
 from dnnvss.commands.train_settings import run_settings
+from dnnvss.commands.train_together import planned
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.choice import settled
 from dnnvss.runs import naming
 from dnnvss.runs.run import Run
+from dnnvss.runs.settings import RunSettings
 from dnnvss.staging import abandoned, held
 
 
@@ -113,19 +117,24 @@ class CompareRuns(Notes):
             self.note(config, job_return)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
-        """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs, and what else is asked for."""
+        """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs of a talker, and what else is asked for."""
         jobs = self.taken()
-        if len(jobs) > 1:
-            self._compare([OmegaConf.create(job["config"]) for job in jobs], [tuple(job["given"]) for job in jobs])
+        if len(jobs) < 2:
+            return
+        talkers: dict[str, dict[str, RunSettings]] = {}
+        for name, job in zip(what_differs([tuple(job["given"]) for job in jobs]), jobs, strict=True):
+            for talker, own in trained(OmegaConf.create(job["config"]), job["given"]).items():
+                talkers.setdefault(talker, {})[name] = own
+        for told in talkers.values():
+            if len(told) > 1:
+                self._compare(told, Path(jobs[0]["config"]["runs"]))
 
-    def _compare(self, configs: Sequence[DictConfig], given: Sequence[tuple[str, ...]]) -> None:
+    def _compare(self, told: Mapping[str, RunSettings], where: Path) -> None:
         from dnnvss.evaluation.finished import compare_runs
 
-        first = configs[0]
-        folders, names = [run_folder(c) for c in configs], what_differs(given)
-        name = "-".join(p for p in (self.name, first.corpus.name, first.corpus.split) if p)
-        settings = list(map(run_settings, configs))
-        out = _free(Path(settings[0].runs) / name, [folder.name for folder in folders])
+        names, settings, folders = list(told), list(told.values()), [Path(str(own.run)) for own in told.values()]
+        corpus = str(settings[0].corpus["name"])
+        out = _free(where / "-".join(p for p in (self.name, corpus, settings[0].split) if p), [f.name for f in folders])
         made = compare_runs(folders, out, names)
         print(f"{made.table}\nwrote {made.page}")
         if self.sizes:
@@ -135,10 +144,10 @@ class CompareRuns(Notes):
         if self.video:
             from dnnvss.evaluation.videos import write_systems
 
-            corpus = Corpus.open(settings[0].corpus_folder)
-            sentence = sorted(u.id for u in corpus.split("test", first.corpus.split))[0]
+            opened = Corpus.open(settings[0].corpus_folder)
+            sentence = sorted(u.id for u in opened.split("test", settings[0].split))[0]
             runs = dict(zip(names, map(Run.open, folders), strict=True))
-            print(f"wrote {write_systems(runs, corpus, sentence, out / 'side_by_side.mp4')}")
+            print(f"wrote {write_systems(runs, opened, sentence, out / 'side_by_side.mp4')}")
 
 
 def _free(folder: Path, runs: list[str]) -> Path:
@@ -159,6 +168,20 @@ def what_differs(given: Sequence[tuple[str, ...]]) -> list[str]:
     shared = set(given[0]).intersection(*given)
     names = [" ".join(g.lstrip("+") for g in own if g not in shared) for own in given]
     return names if len(set(names)) == len(names) else [str(k + 1) for k in range(len(given))]
+
+
+def trained(config: DictConfig, given: Sequence[str]) -> dict[str, RunSettings]:
+    """The runs of a job, by talker: their settings, of which ``run`` says where they lie.
+
+    Args:
+        config: what the job was composed to.
+        given: its overrides.
+    """
+    if (corpora := several_corpora(config)) is not None:
+        training = planned(corpora, given)
+        return {name: replace(training.settings[name], run=str(folder)) for name, folder in training.folders.items()}
+    settings = run_settings(config)
+    return {str(settings.corpus["name"]): replace(settings, run=str(run_folder(config)))}
 
 
 def run_folder(config: DictConfig) -> Path:

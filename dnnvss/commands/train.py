@@ -4,24 +4,23 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
 from dnnvss import files
 from dnnvss.commands.composed import run_command
+from dnnvss.commands.several import several_corpora, with_lists
 from dnnvss.commands.sweep import sweepable
 from dnnvss.commands.train_settings import COMMAND, run_settings
+from dnnvss.commands.train_steps import finished, gathered, told
+from dnnvss.commands.train_together import train_together
 from dnnvss.commands.usage import guarded
 from dnnvss.corpus import Corpus
 from dnnvss.evaluation.choice import Choice, settled
-from dnnvss.evaluation.optional import attempted
-from dnnvss.evaluation.run import evaluate_fitted
-from dnnvss.evaluation.videos import write_samples
 from dnnvss.processes import end_with_parent, name_parent
-from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.fitting import begin, encode, gather, keep, new_model
+from dnnvss.runs.fitting import begin, new_model
 from dnnvss.runs.naming import run_folder
-from dnnvss.runs.run import Run
 from dnnvss.runs.settings import RunSettings
 from dnnvss.staging import reading
 from dnnvss.systems import VisualModel
@@ -30,13 +29,15 @@ from dnnvss.training.devices import process_number
 
 def main(arguments: Sequence[str]) -> int:
     """Train what the arguments describe."""
-    return run_command(COMMAND, arguments, job, always_hydra=True)
+    return run_command(COMMAND, with_lists(arguments), job, always_hydra=True)
 
 
 @guarded
 @sweepable
 def job(config: DictConfig) -> float:
     """Train what composed settings describe: a job of hydra's, alone or in a sweep."""
+    if (corpora := several_corpora(config)) is not None:
+        return train_together(corpora, HydraConfig.get().overrides.task)
     return train(config)
 
 
@@ -74,44 +75,15 @@ def _fitted(settings: RunSettings, corpus: Corpus, model: VisualModel, folder: P
     """Fit, evaluate and keep a system; ``choice`` says why it was chosen, where it was not named."""
     places, helper = RunFiles(folder), process_number() > 0
     if begin(folder, settings, corpus, first=not helper):
-        return _told(places)
+        return told(places)
     if choice is not None:
         choice.save(places.choice)
-    encoded = encode(settings, corpus)
-    for utterance, reason in encoded.dropped.items():
-        print(f"left out: utterance {utterance}: {reason}")
-    for line in encoded.told:
-        print(line)
-    material = gather(settings, corpus, encoded, scratch=folder)
+    material = gathered(settings, corpus, folder)
     print(f"training {settings.model_name} on {len(material.examples['train'])} utterances; "
           f"TensorBoard: {places.tensorboard}")
-    model.take_face(encoded.face)
-    model.shown_on(encoded.face)
+    model.take_face(material.encoded.face)
+    model.shown_on(material.encoded.face)
     model.fit(material.examples["train"], material.examples["val"], folder)
     if helper:  # the first process of those that share the fit does the rest
         return math.nan
-    generator = keep(material, model, folder)
-    for setting, reason in generator.talker.unknown.items():
-        print(f"{reason}: style.{setting} will have no effect")
-    found = evaluate_fitted(folder, material, generator)
-    print(f"\n{found.text}")
-    judged = found.verdict
-    if judged is not None:
-        judged.write(places.verdict, f"Verdict: {folder.name}", choice.text if choice else "")
-        print(f"\n{judged.text}")
-    if settings.sample:
-        ids = [e.id for e in material.examples["val" if material.folds else "test"]]
-        attempted("samples", lambda: write_samples(Run.open(folder), corpus, ids, found.report))
-    found.finish(folder)
-    written = (places.verdict, places.page, places.metrics, places.predictions, places.model)
-    kept = ", ".join(path.name for path in written)
-    print(f"\nwrote {folder}: {kept}")
-    return found.headline
-
-
-def _told(places: RunFiles) -> float:
-    """Print what a finished run was worth and return its headline."""
-    print(f"{places.folder} is finished; overwrite=true trains it anew\n")
-    remedy = "Train the run anew: overwrite=true"
-    print(files.read_text(places.page, remedy))
-    return read_value(places.metrics, "headline", float, remedy)
+    return finished(folder, material, model, choice)

@@ -127,6 +127,18 @@ def settled(settings: RunSettings, corpus: Corpus) -> tuple[RunSettings, Choice 
     return replace(settings, model=_fitting(mapping, auto) if choice.trials else mapping), choice
 
 
+def largest(settings: RunSettings) -> RunSettings:
+    """The settings of a run with the candidate that is taken where there is much to learn from, where it was to be
+    chosen: several talkers share a network, however little each of them has said.
+
+    It is fitted by steps, as where it is tried.
+    """
+    if settings.model.get("system") != AUTO:
+        return settings
+    auto = AutoSettings.read(settings.model)
+    return replace(settings, model=_fitting(auto.candidates[auto.large], auto))
+
+
 def choose(settings: RunSettings, auto: AutoSettings, corpus: Corpus) -> Choice:
     """The system that suits the training sentences of a corpus."""
     sentences = corpus.split("train", settings.split)

@@ -32,7 +32,7 @@ from dnnvss.runs.run import make_model
 from dnnvss.runs.voice import Voice
 from dnnvss.style import Style
 from dnnvss.style.generator import PLAIN, Generator, learn_talker, make_style
-from dnnvss.systems import Example
+from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task, speech_frames, word_frames
 from dnnvss.systems.registry import null_systems
 from dnnvss.systems.viseme_plan import SOURCES
@@ -85,10 +85,18 @@ class Part:
     others: Mapping[str, list[Example]] = field(default_factory=dict)
 
 
-def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> Evaluation:
+def evaluate_fitted(folder: Path, material: Material, generator: Generator,
+                    without: Callable[[int], VisualModel] | None = None) -> Evaluation:
     """The evaluation of a run that was fitted, in plain MLPG and in its own style; writes all but its numbers.
 
     Where the material is to be left out in parts, a system is fitted for each.
+
+    Args:
+        folder: of the run.
+        material: that it was fitted on.
+        generator: fitted.
+        without: gives the system that was fitted without a part of the sentences, by its number; where None, one is
+            fitted on this material alone.
     """
     settings, face = material.settings, material.encoded.face
     notes: list[str] = []
@@ -100,23 +108,28 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator) -> E
     lost = material.encoded.left_out
     gaps = {e.id: lost[e.id] for e in material.examples["test"] if e.id in lost}
     judge = partial(verdict, system=settings.model_name, train=material.examples["train"],
-                    voice=Voice.load(RunFiles(folder).voice), sources=tuple(settings.model.get("sources", ())))
+                    voice=Voice.load(RunFiles(folder).voice), sources=tuple(settings.model.get("sources", ())),
+                    company=tuple(settings.heard_with))
     if not material.folds:
         parts = [Part(generator, material.examples, material.other_tests())]
         return evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)
-    parts = list(unheard_parts(material, RunFiles(folder).parts))
+    parts = list(unheard_parts(material, RunFiles(folder).parts, without))
     notes = [f"each said by a system that was trained without it, in {material.folds} parts", *notes]
     found = evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)
     shutil.rmtree(RunFiles(folder).parts, ignore_errors=True)
     return found
 
 
-def unheard_parts(material: Material, folder: Path) -> Iterator[Part]:
+def unheard_parts(material: Material, folder: Path,
+                  without: Callable[[int], VisualModel] | None = None) -> Iterator[Part]:
     """A system fitted without each part of the sentences; fits that are killed go on from what is in ``folder``."""
     settings, face = material.settings, material.encoded.face
     for k, examples in enumerate(folded(material.examples["test"], material.folds)):
-        model = make_model(settings, settings.task)
-        model.fit(examples["train"], examples["val"], folder / str(k + 1))
+        if without is not None:
+            model = without(k)
+        else:
+            model = make_model(settings, settings.task)
+            model.fit(examples["train"], examples["val"], folder / str(k + 1))
         yield Part(Generator(settings.task, model, learn_talker(settings.task, model, examples, face)), examples)
 
 

@@ -80,7 +80,7 @@ class Verdict:
 
 
 def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
-            sources: Sequence[str] = ()) -> Verdict:
+            sources: Sequence[str] = (), company: Sequence[str] = ()) -> Verdict:
     """The verdict on a run.
 
     Args:
@@ -89,20 +89,22 @@ def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
         train: what it was trained on.
         voice: of the talker.
         sources: talkers whose systems it learnt from.
+        company: talkers who were heard in the same training.
     """
     heard = Counter(p for e in train for p in e.alignment["phones"].labels if p not in SILENCES)
     coverage = Coverage.of(heard, voice.triphones)
     prompts = tuple(next_prompts(coverage, voice.variant))
     seconds = speech(train)
-    lines = (_recorded(len(train), seconds, sources), _covered(coverage, voice), _against(report, system),
+    lines = (_recorded(len(train), seconds, sources, company), _covered(coverage, voice), _against(report, system),
              _next(prompts), _expected(report.headline("model"), seconds))
     return Verdict(lines, prompts, coverage)
 
 
-def _recorded(sentences: int, seconds: float, sources: Sequence[str]) -> str:
+def _recorded(sentences: int, seconds: float, sources: Sequence[str], company: Sequence[str]) -> str:
     amount = f"{seconds:.0f} seconds" if seconds < 120 else f"{seconds / 60:.0f} minutes"
     others = f", and on what runs of {', '.join(sources)} had learnt" if sources else ""
-    return f"Trained on {sentences} sentences with {amount} of speech{others}."
+    beside = f", together with {', '.join(company)}" if company else ""
+    return f"Trained on {sentences} sentences with {amount} of speech{others}{beside}."
 
 
 def _covered(coverage: Coverage, voice: Voice) -> str:

@@ -8,6 +8,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
+from dnnvss.runs.talkers import run_folders
 from dnnvss.systems.registry import systems
 
 _REMEDY = "Train one first: python train.py corpus=demo"
@@ -105,12 +106,14 @@ def _among(same: list[Candidate], given: frozenset[str]) -> str:
 
 
 def finished_runs(runs: Path) -> list[Candidate]:
-    """The finished runs, the last one first; those that this version cannot read are left out.
+    """The finished runs, those of trainings of several talkers among them, the last one first.
+
+    Those that this version cannot read are left out.
 
     Raises:
         DnnvssError: there is none; where none can be read, what is wrong with the last one.
     """
-    folders = [folder for folder in runs.glob("*") if RunFiles(folder).finished]
+    folders = [folder for folder in run_folders(runs) if RunFiles(folder).finished]
     folders.sort(key=lambda folder: RunFiles(folder).metrics.stat().st_mtime, reverse=True)
     read = [_tried(folder) for folder in folders]
     known = [candidate for candidate in read if isinstance(candidate, Candidate)]

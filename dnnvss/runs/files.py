@@ -15,6 +15,7 @@ class Provenance:
         dnnvss, python, packages: versions of what the run was begun with.
         corpus: the fingerprint of what it is trained on.
         precision: the number format.
+        heard_with: the other talkers of the same training, by the names of their corpora; none where there were none.
     """
 
     dnnvss: str = ""
@@ -22,6 +23,7 @@ class Provenance:
     packages: Mapping[str, str] = field(default_factory=dict)
     corpus: str = ""
     precision: str = ""
+    heard_with: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -210,3 +212,24 @@ class RunFiles:
     def finished(self) -> bool:
         """Whether the run has been evaluated."""
         return self.metrics.is_file()
+
+
+@dataclass(frozen=True)
+class TogetherFiles:
+    """The paths of a training of several talkers: a folder of run folders, one of each talker.
+
+    Args:
+        folder: of the training.
+    """
+
+    folder: Path
+
+    @property
+    def index(self) -> Path:
+        """Whose runs lie here, and where; the first sign of such a training."""
+        return self.folder / "talkers.json"
+
+    @property
+    def parts(self) -> Path:
+        """What the fits that leave a part of all talkers' sentences out need to go on; there until the evaluation."""
+        return self.folder / "parts"

@@ -1,6 +1,7 @@
 """A run is made in steps: begun, the face encoded, examples gathered, the system fitted and kept."""
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -155,10 +156,16 @@ def _pooled(examples: Examples) -> Examples:
     return {"train": [*examples["train"], *examples["test"]], "val": examples["val"], "test": everything}
 
 
-def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
+def keep(material: Material, model: VisualModel, folder: Path, others: Sequence[Material] = ()) -> Generator:
     """Keep a fitted system with all that synthesis needs beside it; return what generates its trajectories.
 
     A network is refined first, where the settings ask for it.
+
+    Args:
+        material: that it was fitted on.
+        model: fitted.
+        folder: of the run.
+        others: talkers heard in the same training, from whom phones and their durations are borrowed.
     """
     settings, examples, places = material.settings, material.examples, RunFiles(folder)
     if settings.trainer["refine"] and isinstance(model, NetworkModel):
@@ -167,7 +174,7 @@ def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
     Run.save(folder, settings.task, model)
     if material.units:
         material.units.model.save(places.units)
-    _keep_talker(material, places)
+    _keep_talker(material, places, others)
     if heard := Heard.of((e.codes for e in examples["train"]), settings.task.clock):
         heard.save(places.heard)
     talker = learn_talker(settings.task, model, examples, material.encoded.face)
@@ -175,19 +182,25 @@ def keep(material: Material, model: VisualModel, folder: Path) -> Generator:
     return Generator(settings.task, model, talker)
 
 
-def _keep_talker(material: Material, places: RunFiles) -> None:
+def _keep_talker(material: Material, places: RunFiles, others: Sequence[Material]) -> None:
     """Write the face and its picture, durations and the talker's phones."""
     corpus, encoded = material.corpus, material.encoded
-    train = [corpus.utterances[e.id] for e in material.examples["train"]]
     with files.replacing(places.face) as temporary:
         shutil.copyfile(encoded.folder / FACE, temporary)
     keep_ground(corpus, encoded, places.picture)
     if life := kept_life(corpus, encoded):
         with files.replacing(places.life) as temporary:
             shutil.copyfile(life, temporary)
-    durations, voice = DurationModel.fit(train), Voice.of(train, corpus.info)
-    for other in source_files(material.settings):
-        durations = durations.borrowing(DurationModel.load(other.durations))
-        voice = voice.borrowing(Voice.load(other.voice))
+    durations, voice = _spoken(material)
+    sources = source_files(material.settings)
+    known = [(DurationModel.load(other.durations), Voice.load(other.voice)) for other in sources]
+    for lasting, said in (*known, *map(_spoken, others)):
+        durations, voice = durations.borrowing(lasting), voice.borrowing(said)
     durations.save(places.durations)
     voice.save(places.voice)
+
+
+def _spoken(material: Material) -> tuple[DurationModel, Voice]:
+    """How long a talker's phones last, and which they are."""
+    train = [material.corpus.utterances[e.id] for e in material.examples["train"]]
+    return DurationModel.fit(train), Voice.of(train, material.corpus.info)

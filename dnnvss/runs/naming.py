@@ -25,12 +25,20 @@ def run_name(settings: RunSettings, fingerprint: str) -> str:
         settings: of the run.
         fingerprint: of the corpus.
     """
-    kept = what_counts(settings, fingerprint)
-    digest = hashlib.sha256(json.dumps([kept, __version__], sort_keys=True).encode()).hexdigest()[:8]
+    return named(str(settings.corpus["name"]), settings, hash_of(what_counts(settings, fingerprint)))
+
+
+def named(talker: str, settings: RunSettings, digest: str) -> str:
+    """The name of a folder by what can be read in it, and a hash of all that counts."""
     kind = str(settings.face["kind"])
     face = "" if kind == "aam" else kind
-    parts = [str(settings.corpus["name"]), settings.split, settings.labels_name, settings.model_name, face, digest]
+    parts = [talker, settings.split, settings.labels_name, settings.model_name, face, digest]
     return "-".join(p for p in parts if p)
+
+
+def hash_of(counts: Any) -> str:
+    """Eight letters that change with what counts, and with the version of the package."""
+    return hashlib.sha256(json.dumps([counts, __version__], sort_keys=True).encode()).hexdigest()[:8]
 
 
 def run_folder(settings: RunSettings, fingerprint: str) -> Path:
@@ -46,6 +54,8 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
     kept = {k: v for k, v in asdict(settings).items() if k not in _NOT_RESULTS}
     if kept["folds"] is None:
         del kept["folds"]
+    if not settings.heard_with:
+        del kept["heard_with"], kept["balance"]
     kept["trainer"] = _fit_that_counts(kept["trainer"])
     kept["model"] = system_that_counts(kept["model"])
     if kept["face"]["kind"] != "aam":
@@ -79,7 +89,7 @@ def check_begun(folder: Path, settings: RunSettings, fingerprint: str) -> None:
             something that is no run.
     """
     places = RunFiles(folder)
-    if not places.provenance.is_file() and _foreign(folder):
+    if not places.provenance.is_file() and foreign(folder):
         raise DnnvssError("holds something that is not a run", file=folder,
                           remedy="Name a folder that is empty or not there yet, or leave run= out")
     if not places.config.is_file() or not places.provenance.is_file():
@@ -103,13 +113,13 @@ def delete_run(folder: Path) -> None:
     """
     if not folder.exists():
         return
-    if _foreign(folder) and not RunFiles(folder).provenance.is_file():
+    if foreign(folder) and not RunFiles(folder).provenance.is_file():
         raise DnnvssError("holds something that is not a run, so overwrite=true does not delete it", file=folder,
                           remedy="Choose another folder")
     shutil.rmtree(folder)
 
 
-def _foreign(folder: Path) -> bool:
+def foreign(folder: Path) -> bool:
     """Whether a folder without provenance, which comes first into a run, holds anything but what a kill left."""
     return folder.is_dir() and not all(is_ours(path.name) for path in folder.iterdir())
 

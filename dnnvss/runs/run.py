@@ -43,7 +43,8 @@ def provenance(settings: RunSettings, fingerprint: str) -> Provenance:
     """Versions of the code and its main dependencies, the fingerprint of the data, and the number format."""
     versions = {name: metadata.version(name) for name in _PACKAGES}
     precision = resolve(settings.trainer["precision"], settings.trainer["accelerator"])
-    return Provenance(__version__, platform.python_version(), versions, fingerprint, precision)
+    others = tuple(settings.heard_with)
+    return Provenance(__version__, platform.python_version(), versions, fingerprint, precision, others)
 
 
 @dataclass(frozen=True)

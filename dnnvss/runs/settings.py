@@ -16,6 +16,7 @@ from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.talkers import is_together, talker_run
 from dnnvss.settings import at_home, read_settings, setting, shown
 from dnnvss.style.generator import StyleSettings
 from dnnvss.systems.examples import Task
@@ -67,6 +68,10 @@ class RunSettings(RunOptions):
 
     The other groups are plain values: each is read by the room that it belongs to, when that is asked for. A bundle
     speaks without what only training reads.
+
+    Args:
+        heard_with: the other talkers of the same training, each with a hash of what its own results depend on.
+        balance: how much small talkers counted in it.
     """
 
     corpus: Mapping[str, Any]
@@ -76,14 +81,19 @@ class RunSettings(RunOptions):
     visemes: Mapping[str, Any]
     model: Mapping[str, Any]
     trainer: Mapping[str, Any]
+    heard_with: Mapping[str, str] = setting({})
+    balance: float = setting(0.0, least=0, most=1)
 
     @classmethod
     def load(cls, folder: Path) -> "RunSettings":
         """The settings that the run in a folder was begun with.
 
         Raises:
-            DnnvssError: the folder holds no run, or one whose settings mean nothing to this version.
+            DnnvssError: the folder holds no run, runs of several talkers, or a run whose settings mean nothing to this
+                version.
         """
+        if is_together(folder):
+            folder = talker_run(folder, None)
         path = RunFiles(folder).config
         values = files.read(path, _plain, "Train a system first: python train.py")
         _check_version(RunFiles(folder), values)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _CHUNK = 4096  # frames a pass over the validation frames
-_STILL = 1e-4
+STILL = 1e-4
 """Least deviation of a coefficient as a share of the largest one: what hardly moves in training is not blown up."""
 
 
@@ -89,7 +89,7 @@ class NetworkModel(VisualModel):
         weights as one that was not.
         """
         self.mean_, deviation = moments(train)
-        self.deviation_ = np.maximum(deviation, _STILL * deviation.max(axis=1, keepdims=True) + 1e-8)
+        self.deviation_ = np.maximum(deviation, STILL * deviation.max(axis=1, keepdims=True) + 1e-8)
         self.scaler_ = NumericScaler.fit(_store(train))
         self.networks_: list[FrameNetwork] = []
         if self.settings.fit.together and self.members > 1:
@@ -102,7 +102,7 @@ class NetworkModel(VisualModel):
         for network in self.networks_:
             lend_weights(network.get_submodule("first"), self.table, heard)
             network.eval()
-        self._fit_variance(val)
+        self.fit_variance(val)
 
     def _fit_member(self, train: Sequence[Example], val: Sequence[Example], folder: Path, seed: int) -> None:
         settings = replace(self.settings.fit, seed=seed)
@@ -156,7 +156,7 @@ class NetworkModel(VisualModel):
             errors = self._refine_member(network, objective, train, val, home, self.settings.fit.seed + k)
             network.eval()
             print("trajectory error on validation, pass by pass: " + ", ".join(f"{v:.4f}" for v in errors))
-        self._fit_variance(val)
+        self.fit_variance(val)
 
     def _refine_member(self, network: FrameNetwork, objective: TrajectoryError, train: Sequence[Example],
                        val: Sequence[Example], folder: Path, seed: int) -> list[float]:
@@ -224,7 +224,7 @@ class NetworkModel(VisualModel):
         own = outputs[:, size:].reshape(shape).clamp(*LOG_VARIANCE).double().exp()
         return mean, own * torch.from_numpy(self.deviation_.astype(np.float64)) ** 2 * scale
 
-    def _fit_variance(self, val: Sequence[Example]) -> None:
+    def fit_variance(self, val: Sequence[Example]) -> None:
         """Take the variance of the errors on the validation frames, or what predicted variances are to be scaled by."""
         self.variance_ = np.ones(self.mean_.shape)
         found = [(*e.measured, *self._mixture(e)) for e in val]

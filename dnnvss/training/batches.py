@@ -8,10 +8,33 @@ import torch
 from torch import Tensor
 from torch.utils.data import IterableDataset
 
-from dnnvss.features import CodeStore, NumericScaler
+from dnnvss.features import NumericScaler
 
 Batch = tuple[Tensor, Tensor, Tensor]
 """Active columns (B, A) int32, normalised numeric inputs (B, N) and normalised targets (B, W x D)."""
+
+
+class Codes(Protocol):
+    """What inputs are drawn from, such as a :class:`~dnnvss.features.CodeStore`."""
+
+    @property
+    def arrays(self) -> dict[str, Any]:
+        """Arrays by name: where utterances start, and how many frames they have."""
+        ...
+
+    def active(self, frames: Any) -> Any:
+        """Active columns (B, A) of frames."""
+        ...
+
+    def numeric(self, frames: Any) -> Any:
+        """Numbers (B, N) of frames, not normalised."""
+        ...
+
+    def to(self, device: Any) -> Self:
+        """The same as tensors on a device."""
+        ...
+
+
 AT_ONCE = {"cpu": 4096, "cuda": 65536}
 """About how many frames are drawn at once: enough that the calls themselves cost little beside what they do."""
 
@@ -37,12 +60,13 @@ class FrameBatches(IterableDataset):
             that all of them together draw what one would.
     """
 
-    def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray,
+    def __init__(self, store: Codes, scaler: NumericScaler, targets: np.ndarray, frames: np.ndarray,
                  batch_size: int, share: float = 1.0, seed: int | None = None, members: int = 1,
-                 epoch: Callable[[], int] = lambda: 0, alternatives: Sequence[CodeStore] = (),
+                 epoch: Callable[[], int] = lambda: 0, alternatives: Sequence[Codes] = (),
                  normal: tuple[np.ndarray, np.ndarray] | None = None,
                  place: Callable[[], tuple[int, int]] = lambda: (0, 1), least: int = 1) -> None:
-        self.stores, self.scaler = (store, *alternatives), scaler
+        self.stores: tuple[Codes, ...] = (store, *alternatives)
+        self.scaler = scaler
         self.targets, self.frames = torch.from_numpy(targets), frames
         self.batch_size, self.share, self.seed, self.epoch = min(batch_size, len(frames)), share, seed, epoch
         self.members, self.place, self.least = members, place, max(1, least)

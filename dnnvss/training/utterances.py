@@ -8,8 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from dnnvss.features import CodeStore, NumericScaler
-from dnnvss.training.batches import FrameBatches
+from dnnvss.features import NumericScaler
+from dnnvss.training.batches import Codes, FrameBatches
 
 Utterances = tuple[Tensor, Tensor, Tensor, Tensor, Tensor]
 """Active columns (N, A) int32, normalised numbers (N, M), targets (N, W x D), which frames were
@@ -28,9 +28,9 @@ class UtteranceBatches(FrameBatches):
         size: utterances a batch; the last one may be smaller.
     """
 
-    def __init__(self, store: CodeStore, scaler: NumericScaler, targets: np.ndarray, valid: np.ndarray, size: int,
+    def __init__(self, store: Codes, scaler: NumericScaler, targets: np.ndarray, valid: np.ndarray, size: int,
                  share: float = 1.0, seed: int | None = None, epoch: Callable[[], int] = lambda: 0,
-                 alternatives: Sequence[CodeStore] = (), normal: tuple[np.ndarray, np.ndarray] | None = None,
+                 alternatives: Sequence[Codes] = (), normal: tuple[np.ndarray, np.ndarray] | None = None,
                  place: Callable[[], tuple[int, int]] = lambda: (0, 1)) -> None:
         super().__init__(store, scaler, targets, np.arange(len(valid)), size, share, seed, 1, epoch, alternatives,
                          normal, place)

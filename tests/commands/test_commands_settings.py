@@ -58,8 +58,8 @@ def names_of(values: dict[str, Any], above: str = "") -> set[str]:
 
 BASES = {
     "train": [[], *([f"{group}={choice}"] for group in groups(CONF, "train") for choice in choices([CONF], group)
-                    if group not in ("preset", "experiment", "debug"))],
-    "prepare": [[f"corpus={choice}", "corpus.raw=x"] for choice in choices([CONF], "corpus")],
+                    if group not in ("preset", "experiment", "debug") and (group, choice) != ("corpus", "several"))],
+    "prepare": [[f"corpus={choice}", "corpus.raw=x"] for choice in choices([CONF], "corpus") if choice != "several"],
     "synth": [[], *([f"{group}={choice}"] for group in ("style", "speech") for choice in choices([CONF], group))],
 }
 COMMANDS = {"train": train.COMMAND, "prepare": prepare.COMMAND, "synth": speak.COMMAND}

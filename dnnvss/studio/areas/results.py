@@ -25,7 +25,7 @@ def results(runs: Sequence[Path], folders: Sequence[Path]) -> Area:
         "The verdict says in five lines what a run is worth; a comparison shows runs beside each other, face by face.",
         {"Train a run, which is judged at its end": "dnnvss train corpus=NAME",
          "Compare runs": "dnnvss compare RUN RUN"},
-        lambda: [*latest(found(runs, (_MARK,), deep=1)), *found(folders, (_COMPARISON,))], _item, _page)
+        lambda: [*latest(found(runs, (_MARK,))), *found(folders, (_COMPARISON,))], _item, _page)
 
 
 def _item(thing: Thing) -> Item:

@@ -26,7 +26,7 @@ def training(runs: Sequence[Path]) -> Area:
     return Area(
         "training", "Training", "Runs while they learn: curves, and a sample sentence every few epochs.",
         {"Train on a corpus": "dnnvss train corpus=NAME", "Train on the built-in talker": "dnnvss train corpus=demo"},
-        lambda: latest(found(runs, (_MARK,), deep=1)), _item, _page)
+        lambda: latest(found(runs, (_MARK,))), _item, _page)
 
 
 def latest(runs: Sequence[Thing]) -> list[Thing]:
