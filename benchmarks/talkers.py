@@ -116,7 +116,7 @@ def main() -> None:
                  for one in joint for two in own if two not in joint}
         report = scored({**own, **means}, made[name].examples["test"], made[name])
         rows = [[system, f"{report.headline(system):.3f}", f"{report.summary(system, 'gv_ratio')[0]:.2f}",
-                 *(gain(report, system, over) for over in ("kernel", "adapted", given.folds) if over in own)]
+                 *(gain(report, system, over) for over in ("kernel", "adapted") if over in own)]
                 for system in chain(own, means)]
         test = made[name].examples["test"]
         print(f"\n{name}: {len(test)} sentences, {speech(test):.0f} s of speech")
