@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
-import torch
 
 from dnnvss.curves.equations import NormalEquations, precision_of
 from dnnvss.curves.multipliers import influences, multiply, solve_ranges
@@ -215,8 +214,8 @@ def equations_of(variance: Any, shape: tuple[int, ...], windows: Windows) -> Nor
         shape: T and D.
         windows: the streams.
     """
-    streams = torch.empty(1, shape[0], len(windows), shape[1], dtype=torch.float64)
-    return NormalEquations(precision_of(variance, streams), windows, None, streams.shape)
+    streams = (1, shape[0], len(windows), shape[1])
+    return NormalEquations(precision_of(variance, streams), windows, None, streams)
 
 
 class _Dual:
@@ -265,7 +264,7 @@ class _Dual:
         for _ in range(_SWEEPS):
             reached = rows @ x.ravel() + compliance * u
             u = solve_ranges(bands, reached - multiply(bands, u), low, high, u if u.any() else None)
-            x = self.start + self.equations.solve(torch.from_numpy(rows.T @ u).view(len(x), 1, -1))[0].numpy()
+            x = self.start + self.equations.solve((rows.T @ u).reshape(len(x), 1, -1))[0]
             miss = self._miss(rows @ x.ravel() + compliance * u, u, chosen) / self.scale[chosen]
             if miss.max() <= _TOLERANCE:
                 return x

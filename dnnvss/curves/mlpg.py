@@ -2,11 +2,10 @@
 
 from typing import Any
 
-import torch
-from torch.autograd.function import once_differentiable
+import numpy as np
 
 from dnnvss.curves.equations import NormalEquations, precision_of
-from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Array, Windows, as_tensor, derivatives
+from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Array, Windows
 from dnnvss.errors import DnnvssError
 
 
@@ -41,66 +40,36 @@ def mlpg(
     **Source**: Tokuda et al., Speech parameter generation algorithms for HMM-based speech synthesis (2000), section
     3.1, equation 13; Thangthai et al. 2016, section 2.
     """
-    given = as_tensor(mean)
+    given: Any = mean
+    if not hasattr(given, "shape"):
+        given = np.asarray(given)
     _check_shapes(given, windows)
-    shape = given.shape
+    shape = tuple(given.shape)
     batched = given.reshape(-1, *shape[-3:])
-    counts = _check_lengths(lengths, batched) if lengths is not None else None
-    precision = precision_of(variance, given, counts)
-    if torch.is_grad_enabled() and (given.requires_grad or precision.requires_grad):
-        x = _Generation.apply(batched.double(), precision, windows, counts)
-    else:
-        x = NormalEquations(precision, windows, counts, batched.shape).trajectory(batched)
-    x = x.reshape(*shape[:-2], shape[-1]).to(given.dtype)
-    return x if isinstance(mean, torch.Tensor) else x.numpy()  # type: ignore[return-value]
+    if lengths is not None:
+        lengths = _check_lengths(lengths, batched)
+    if isinstance(given, np.ndarray):
+        precision = precision_of(variance, shape, lengths)
+        x = NormalEquations(precision, windows, lengths, batched.shape).trajectory(batched)
+        return x.reshape(*shape[:-2], shape[-1]).astype(given.dtype)  # type: ignore[return-value]
+    from dnnvss.curves import tensors
+
+    return tensors.mlpg(given, variance, windows, lengths).reshape(*shape[:-2], shape[-1]).to(given.dtype)
 
 
-def _check_shapes(mean: torch.Tensor, windows: Windows) -> None:
+def _check_shapes(mean: Any, windows: Windows) -> None:
     if mean.ndim < 3 or mean.shape[-2] != len(windows) or 0 in mean.shape:
         raise DnnvssError(
             f"means have the shape {tuple(mean.shape)}, not (frames, {len(windows)} streams, parameters)",
             remedy=f"Give one frame or more of the streams {', '.join(windows.names)}, or other windows",
         )
-    if not mean.is_floating_point():
+    if "float" not in str(mean.dtype):
         raise DnnvssError(f"means are {mean.dtype}", remedy="Give floating-point means")
 
 
-def _check_lengths(lengths: Any, mean: torch.Tensor) -> torch.Tensor:
-    counts = torch.as_tensor(lengths, device=mean.device)
-    if counts.shape != mean.shape[:1] or bool((counts < 1).any() | (counts > mean.shape[1]).any()):
+def _check_lengths(lengths: Any, mean: Any) -> np.ndarray:
+    counts = np.asarray(lengths.cpu() if hasattr(lengths, "cpu") else lengths)
+    if counts.shape != tuple(mean.shape[:1]) or ((counts < 1) | (counts > mean.shape[1])).any():
         raise DnnvssError(f"lengths {counts.tolist()} do not fit {mean.shape[0]} rows of {mean.shape[1]} frames",
                           remedy="Give each row a length between 1 and the padded number of frames")
-    return counts.long()
-
-
-class _Generation(torch.autograd.Function):
-    """MLPG with its gradient: one more solve with the same factor.
-
-    With ``x`` the trajectory, ``g`` the gradient that arrives and ``l = (W' P W)^-1 g``: the means get ``P * (W l)``
-    and the precisions ``(W l) * (m - W x)``.
-    """
-
-    @staticmethod
-    def forward(
-        ctx: Any, mean: torch.Tensor, precision: torch.Tensor, windows: Windows, counts: torch.Tensor | None
-    ) -> torch.Tensor:
-        """Return the trajectory (B, T, D)."""
-        ctx.equations = NormalEquations(precision.detach(), windows, counts, mean.shape)
-        x = ctx.equations.trajectory(mean.detach())
-        ctx.save_for_backward(mean, precision, x)
-        return x
-
-    @staticmethod
-    @once_differentiable
-    def backward(ctx: Any, *grads: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, None, None]:
-        """Return the gradients of means and precisions."""
-        mean, precision, x = ctx.saved_tensors
-        equations: NormalEquations = ctx.equations
-        incoming = grads[0].transpose(0, 1).contiguous()
-        if equations.counts is not None:
-            behind = torch.arange(len(incoming), device=incoming.device)[:, None] >= equations.counts
-            incoming = incoming.masked_fill(behind[..., None], 0.0)
-            mean = mean.masked_fill(behind.T[..., None, None], 0.0)
-        influence = derivatives(equations.solve(incoming), equations.windows, equations.counts)
-        residual = mean - derivatives(x, equations.windows, equations.counts)
-        return influence * precision, (influence * residual).sum_to_size(precision.shape), None, None
+    return counts.astype(np.int64)

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.curves.banded import Lapack, pad
 from dnnvss.curves.equations import precision_of
@@ -66,7 +65,7 @@ class Stream:
             wanted = f"(frames, {len(self.windows)}, {self.columns})"
             raise DnnvssError(f"means of shape {mean.shape} are not finite {wanted}",
                               remedy="Give frames of the windows and parameters of this stream")
-        precision = precision_of(variance, torch.from_numpy(mean.copy()))[0].numpy()
+        precision = precision_of(variance, mean.shape)[0]
         settled = []
         for own, row in zip(np.broadcast_to(precision, mean.shape), mean, strict=True):
             self._take(own, row)
@@ -115,8 +114,8 @@ class Stream:
         bands, rhs = self._bands.copy(), self._rhs.copy()
         for i, row in enumerate(self._waiting):
             self._add(bands, rhs, self._count - len(self._waiting) + i, *row, final)
-        factor = Lapack(torch.from_numpy(bands[:, :, None]))
-        return factor.solve(pad(torch.from_numpy(rhs[:, None]), len(bands) - 1))[:, 0].numpy()
+        factor = Lapack(bands[:, :, None])
+        return factor.solve(pad(rhs[:, None], len(bands) - 1))[:, 0]
 
     def _eliminate(self) -> None:
         """Take the first frame out of the equations of those behind it."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import torch
 from scipy.linalg import eig_banded, solve_banded
 from scipy.optimize import brentq
 
@@ -154,8 +153,8 @@ def with_global_variance(
     frames, columns = x0.shape
     if weight == 0 or frames < 2:
         return x0
-    streams = torch.empty(1, frames, len(windows), columns, dtype=torch.float64)
-    bands = NormalEquations(precision_of(variance, streams), windows, None, streams.shape).bands[:, :, 0].numpy()
+    streams = (1, frames, len(windows), columns)
+    bands = NormalEquations(precision_of(variance, streams), windows, None, streams).bands[:, :, 0]
     strength = 2 * len(windows) * weight / np.maximum(target.variance, 1e-300)
     out = np.empty((frames, columns))
     for d in range(columns):

@@ -1,14 +1,14 @@
 """Delta windows, and the one edge rule that deltas and parameter generation share."""
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
-import torch
 
 from dnnvss.errors import DnnvssError
 
-Array = TypeVar("Array", np.ndarray, torch.Tensor)
+Array = TypeVar("Array", bound=Any)
+"""An array, or a tensor: only a tensor brings torch."""
 
 
 @dataclass(frozen=True)
@@ -85,15 +85,6 @@ STATIC_DELTA_DELTA2 = Windows(("static", "delta", "delta2"), ((1.0,), (-0.5, 0.0
 """Static, first and second derivative (central differences, per frame and per frame squared)."""
 
 
-def as_tensor(array: np.ndarray | torch.Tensor | float) -> torch.Tensor:
-    """Return a tensor that shares the memory of an array where it can: read-only and reversed arrays are copied."""
-    if isinstance(array, torch.Tensor):
-        return array
-    array = np.asarray(array)
-    shared = array.flags.writeable and all(stride >= 0 for stride in array.strides)
-    return torch.from_numpy(array if shared else array.copy())
-
-
 def derivatives(static: Array, windows: Windows = STATIC_DELTA_DELTA2, lengths: Array | None = None) -> Array:
     """Return all streams of a trajectory, shape (..., T, W, D), of the kind and dtype of the input.
 
@@ -108,18 +99,21 @@ def derivatives(static: Array, windows: Windows = STATIC_DELTA_DELTA2, lengths: 
     """
     if static.ndim < 2 or static.shape[-2] < 1:
         raise DnnvssError(f"a trajectory of shape {tuple(static.shape)} has no frame", remedy="Give at least one frame")
-    x = as_tensor(static)
-    frames, reach = x.shape[-2], windows.reach
+    frames, reach = static.shape[-2], windows.reach
+    if not isinstance(static, np.ndarray):
+        from dnnvss.curves import tensors
+
+        return tensors.derivatives(static, windows, lengths)
+    if not np.issubdtype(static.dtype, np.floating):
+        static = static.astype(float)
+    index = np.arange(-reach, frames + reach)
     if lengths is None:
-        index = torch.arange(-reach, frames + reach, device=x.device).clamp(0, frames - 1)
-        held = x.index_select(-2, index)
+        held = static.take(index.clip(0, frames - 1), axis=-2)
     else:
-        last = torch.as_tensor(lengths, device=x.device)[:, None] - 1
-        index = torch.minimum(torch.arange(-reach, frames + reach, device=x.device).clamp(min=0), last)
-        held = torch.take_along_dim(x, index[..., None], dim=-2)
-    streams = []
+        last = np.asarray(lengths)[:, None] - 1
+        held = np.take_along_axis(static, np.minimum(index.clip(0), last)[..., None], axis=-2)
+    streams = np.zeros((*static.shape[:-1], len(windows), static.shape[-1]), static.dtype)
     for w in range(len(windows)):
-        shifted = [weight * held.narrow(-2, reach + s, frames) for s, weight in windows.weights(w)]
-        streams.append(sum(shifted[1:], shifted[0]) if shifted else torch.zeros_like(x))
-    result = torch.stack(streams, dim=-2)
-    return result if isinstance(static, torch.Tensor) else result.numpy()  # type: ignore[return-value]
+        for s, weight in windows.weights(w):
+            streams[..., w, :] += weight * held[..., reach + s : reach + s + frames, :]
+    return streams

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.curves.equations import precision_of
@@ -173,7 +172,7 @@ def pulled_to_rest(mean: np.ndarray, variance: np.ndarray, at: np.ndarray, rest:
     if not (pull > 0).all():
         raise DnnvssError(f"a pull to rest of deviation {pull.min()} was asked for", remedy="Give a positive deviation")
     mean = np.array(mean, dtype=float)
-    precision_of(variance, torch.from_numpy(mean))  # names a variance that cannot be used
+    precision_of(variance, mean.shape)  # names a variance that cannot be used
     variance = np.array(np.broadcast_to(variance, mean.shape), dtype=float)
     trust = 1.0 / (1.0 + pull**2 / variance[at, 0])  # the share of the pull in the joined observation
     for w in range(mean.shape[1]):
