@@ -27,7 +27,8 @@ from dnnvss import files
 from dnnvss.features import CodeStore
 from dnnvss.features.codes import FrameCodes
 from dnnvss.phones import SILENCE
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import Example
+from dnnvss.systems.network import NetworkModel
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import FrameBatches

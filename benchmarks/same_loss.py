@@ -23,7 +23,8 @@ from pathlib import Path
 import numpy as np
 from torch import Tensor, nn
 
-from dnnvss.systems import Example, NetworkModel, feedforward
+from dnnvss.systems import Example, feedforward
+from dnnvss.systems.network import NetworkModel
 from dnnvss.timing import FrameClock
 from dnnvss.training import FitSettings
 from dnnvss.training.precision import has_bf16

@@ -30,7 +30,7 @@ from torch import Tensor, nn
 from torch.utils.data import DataLoader, Dataset
 
 from dnnvss.features import CodeStore, FeatureTable, NumericScaler, expand
-from dnnvss.systems import FeedForward
+from dnnvss.systems.feedforward import FeedForward
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import Blocks, FrameBatches
 from dnnvss.training.module import FitModule

@@ -309,6 +309,18 @@ def _labels(image: Callable[[Place], str], points: Callable[[Place], str]) -> Ca
     return make
 
 
+def _older(make: Callable[[Place], None]) -> Callable[[Place], None]:
+    """The same in a run whose system lies in the file of older runs."""
+    def both(place: Place) -> None:
+        from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
+
+        kept = place.run / "model.npz"
+        save_checkpoint(place.run / "model.pt", load_checkpoint(kept))
+        kept.unlink()
+        make(place)
+    return both
+
+
 def _laughs(text: str, place: Place) -> str:
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 12)]
@@ -326,9 +338,11 @@ CASES: dict[str, Case] = {
     "run: a setting that looks up the environment": (_config(
         lambda v, p: v["labels"].update(name="${oc.env:DNNVSS_SECRET}", blocks=["${oc.env:DNNVSS_SECRET}"])), speak),
     "run: a corpus among the secrets": (_config(lambda v, p: v["corpus"].update(out=str(p.secret))), compare),
-    "run: model.pt is a bare pickle": (_pickled("runs/a/model.pt"), speak),
-    "run: model.pt with another pickle": (_torch("runs/a/model.pt"), export),
-    "run: model.pt opens to gigabytes": (_bomb("runs/a/model.pt"), speak),
+    "run: model.npz of objects": (_objects("runs/a/model.npz"), speak),
+    "run: model.npz opens to gigabytes": (_bomb("runs/a/model.npz"), speak),
+    "older run: model.pt is a bare pickle": (_older(_pickled("runs/a/model.pt")), speak),
+    "older run: model.pt with another pickle": (_older(_torch("runs/a/model.pt")), export),
+    "older run: model.pt opens to gigabytes": (_older(_bomb("runs/a/model.pt")), speak),
     "run: face.npz of objects": (_objects("runs/a/face.npz"), speak),
     "run: talker.npz of objects": (_objects("runs/a/talker.npz"), speak),
     "run: durations.npz of objects": (_objects("runs/a/durations.npz"), speak),
@@ -339,8 +353,8 @@ CASES: dict[str, Case] = {
     "run: predictions of objects": (_objects("runs/a/predictions/reference.npz"), compare),
     "run: a checkpoint that is a pickle": (
         lambda p: (_pickled("runs/a/checkpoints/last.ckpt")(p), _pickled("runs/a/checkpoints/best.ckpt")(p),
-                   (p.run / "model.pt").unlink(), (p.run / "metrics.json").unlink())[-1], resume),
-    "bundle: the network above the folder": (_bundle(_set("network", lambda p: "../runs/a/model.pt")), bundled),
+                   (p.run / "model.npz").unlink(), (p.run / "metrics.json").unlink())[-1], resume),
+    "bundle: the network above the folder": (_bundle(_set("network", lambda p: "../runs/a/model.npz")), bundled),
     "bundle: the network by an absolute name": (_bundle(_set("network", lambda p: f"{p.secret}/model.onnx")), bundled),
     "bundle: digests that lead out": (
         _bundle(lambda p, i: i["digests"].update({"../../secret/password": "0"})), bundled),

@@ -8,7 +8,6 @@ from torch.autograd.function import once_differentiable
 
 from dnnvss.curves.equations import NormalEquations, check_positive, check_spread
 from dnnvss.curves.windows import Windows
-from dnnvss.errors import DnnvssError
 
 
 def mlpg(mean: torch.Tensor, variance: Any, windows: Windows, lengths: Any) -> torch.Tensor:

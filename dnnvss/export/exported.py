@@ -15,7 +15,7 @@ from dnnvss.export.onnx_check import check_graph
 from dnnvss.features import FrameCodes
 from dnnvss.systems import READABLE, Example, Prediction, VisualModel
 from dnnvss.systems.base import PredictionStream
-from dnnvss.systems.frame_network import pieces
+from dnnvss.systems.parts import pieces
 
 _CHUNK = 256
 """Frames a pass where each is seen by itself: the gathered rows of the first layer take 4 x active columns x units

@@ -10,8 +10,10 @@ from torch import Tensor, nn
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
-from dnnvss.systems import BlendedNetworks, NetworkModel, VisualModel
+from dnnvss.systems import VisualModel
+from dnnvss.systems.blend import BlendedNetworks
 from dnnvss.systems.frame_network import FrameNetwork
+from dnnvss.systems.network import NetworkModel
 from dnnvss.training.settings import LOG_VARIANCE
 
 

@@ -11,7 +11,8 @@ from dnnvss.runs.bundle import NETWORKS, BundleIndex, is_bundle
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.run import Run
 from dnnvss.staging import is_ours, sweep
-from dnnvss.training.checkpoints import load_checkpoint, save_arrays
+from dnnvss.training.arrays import save_arrays
+from dnnvss.training.checkpoints import load_checkpoint
 
 
 def export_run(run: Run, path: Path) -> Path:
@@ -22,7 +23,7 @@ def export_run(run: Run, path: Path) -> Path:
     """
     from dnnvss.export.write import write_network
 
-    streams = frame_streams(run.model)
+    streams = frame_streams(run.trained)
     arrays = {name: streams.get_buffer(f"target_{name}").tolist() for name in ("mean", "deviation", "variance")}
     scaler = {name: streams.get_buffer(f"numeric_{name}").tolist() for name in ("mean", "deviation")}
     description = Description(run.settings.model_name, run.task.table, run.task.clock, run.task.windows,
@@ -45,7 +46,7 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
         raise DnnvssError("is a bundle already", file=run.folder, remedy="Copy it, or export the run that it came from")
     theirs = RunFiles(folder)
     _refuse_other(theirs)
-    exports = network == NETWORKS[0] and is_network(run.model)
+    exports = network == NETWORKS[0] and is_network(run.trained)
     name = network if exports else NETWORKS[1]
     with files.together(theirs.index) as group:
         if exports:

@@ -58,8 +58,9 @@ class RunFiles:
 
     @property
     def model(self) -> Path:
-        """What the system learnt; there once the fit has ended."""
-        return self.folder / "model.pt"
+        """What the system learnt, as arrays; there once the fit has ended."""
+        made, older = self.folder / "model.npz", self.folder / "model.pt"  # as runs of before have it
+        return older if older.is_file() and not made.is_file() else made
 
     @property
     def units(self) -> Path:

@@ -25,8 +25,9 @@ from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
 from dnnvss.style.generator import Generator, learn_talker
-from dnnvss.systems import Example, NetworkModel, VisualModel
+from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import make_examples, split_examples
+from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.viseme_plan import UnitPlan
 
 

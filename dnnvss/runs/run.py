@@ -1,12 +1,13 @@
 """A trained system, opened for use, with everything that belongs to it."""
 
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dnnvss import __version__, files
 from dnnvss.corpus import Corpus, Utterance
@@ -29,11 +30,12 @@ from dnnvss.style import Talker
 from dnnvss.style.generator import Generator
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
-from dnnvss.systems.registry import make_system
-from dnnvss.systems.viseme_predictor import UnitModel
-from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
-from dnnvss.training.precision import resolve
+from dnnvss.systems.plain_network import PlainNetwork
+from dnnvss.training.arrays import load_arrays, save_arrays
 from dnnvss.visemes import TIER
+
+if TYPE_CHECKING:
+    from dnnvss.systems.viseme_predictor import UnitModel
 
 _ANEW = "Train the run anew: python train.py overwrite=true"
 _PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocketsphinx")
@@ -41,6 +43,8 @@ _PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocket
 
 def provenance(settings: RunSettings, fingerprint: str) -> Provenance:
     """Versions of the code and its main dependencies, the fingerprint of the data, and the number format."""
+    from dnnvss.training.precision import resolve
+
     versions = {name: metadata.version(name) for name in _PACKAGES}
     precision = resolve(settings.trainer["precision"], settings.trainer["accelerator"])
     others = tuple(settings.heard_with)
@@ -54,7 +58,8 @@ class Run:
     Args:
         folder: of the run, or a bundle.
         settings: that it was trained with.
-        model: the system.
+        model: the system, as far as it is needed to speak: a network that sees one frame at a time is opened without
+            torch.
         width: how many parameters it predicts; None where that is not known before it is asked.
     """
 
@@ -77,6 +82,11 @@ class Run:
     def needs(self) -> frozenset[str]:
         """What an utterance must have: some of ``phones``, ``words``, ``visemes`` and ``sound``."""
         return self.task.table.needs | self.model.looks_up
+
+    @cached_property
+    def trained(self) -> VisualModel:
+        """The system with all that it can do, such as being exported."""
+        return _trained(self.files.model, self.settings) if isinstance(self.model, PlainNetwork) else self.model
 
     @cached_property
     def face(self) -> Face:
@@ -141,10 +151,12 @@ class Run:
         return Heard.load(self.files.heard) if "sound" in self.task.table.needs else None
 
     @cached_property
-    def units(self) -> UnitModel | None:
+    def units(self) -> "UnitModel | None":
         """The dynamic visemes of the run and their predictor, None where its labels have none."""
         if "visemes" not in self.task.table.sources:
             return None
+        from dnnvss.systems.viseme_predictor import UnitModel  # a network
+
         return UnitModel.load(self.files.bundled_units if is_bundle(self.folder) else self.files.units)
 
     def example(self, utterance: Utterance, sound: Sound | None = None) -> Example:
@@ -164,8 +176,9 @@ class Run:
 
     @staticmethod
     def save(folder: Path, task: Task, model: VisualModel) -> None:
-        """Write what the system learnt: tensors and plain containers, whole or not at all."""
-        save_checkpoint(RunFiles(folder).model, {"table": task.table.describe(), "state": model.state()})
+        """Write what the system learnt: arrays and plain containers, whole or not at all."""
+        path = RunFiles(folder).model.with_suffix(".npz")
+        save_arrays(path, {"table": task.table.describe(), "state": model.state()})
 
     @classmethod
     def open(cls, folder: Path) -> "Run":
@@ -180,7 +193,7 @@ class Run:
             files.inside(folder, path.name)
         settings = RunSettings.load(folder)
         kept = BundleIndex.load(folder).check(folder) if is_bundle(folder) else places.model
-        model = _exported(kept, settings) if kept.suffix == ".onnx" else _trained(kept, settings)
+        model = _exported(kept, settings) if kept.suffix == ".onnx" else _opened(kept, settings)
         return cls(folder, settings, model, _tried(kept, model, settings))
 
 
@@ -193,20 +206,42 @@ def _exported(path: Path, settings: RunSettings) -> VisualModel:
     return network
 
 
+def _opened(path: Path, settings: RunSettings) -> VisualModel:
+    """The system of a run folder as far as it is needed to speak."""
+    if path.suffix == ".npz" and path.is_file() and PlainNetwork.serves(settings.model):
+        with _learnt_by(settings, path):
+            kept = _checked(load_arrays(path), settings, path)
+            if (plain := PlainNetwork.of(settings.model, settings.task.table, settings.task.clock, kept)) is not None:
+                return plain
+    return _trained(path, settings)
+
+
 def _trained(path: Path, settings: RunSettings) -> VisualModel:
     """The system of a run folder, with what it learnt."""
     folder = path.parent
     if not path.is_file():
         raise DnnvssError("holds a run that has not ended", file=folder,
                           remedy="Run its train.py command again: it goes on where it stopped")
+    from dnnvss.training.checkpoints import load_checkpoint
+
     checkpoint = load_checkpoint(path)
-    if not all(isinstance(checkpoint.get(part), dict) for part in ("table", "state")):
-        raise DnnvssError("is no system of this package", file=path, remedy="Train a system: python train.py")
     model = make_model(settings, settings.task)
     with _learnt_by(settings, path):
-        settings.task.table.check(checkpoint["table"])
-        model.load_state(checkpoint["state"])
+        model.load_state(_checked(checkpoint, settings, path))
     return model
+
+
+def _checked(kept: Mapping[str, Any], settings: RunSettings, path: Path) -> dict[str, Any]:
+    """What a system had learnt, of a file that holds the columns that the settings make.
+
+    Raises:
+        DnnvssError: it holds something else.
+    """
+    table, state = kept.get("table"), kept.get("state")
+    if not isinstance(table, dict) or not isinstance(state, dict):
+        raise DnnvssError("is no system of this package", file=path, remedy="Train a system: python train.py")
+    settings.task.table.check(table)
+    return state
 
 
 def _tried(path: Path, model: VisualModel, settings: RunSettings) -> int | None:
@@ -237,4 +272,6 @@ def make_model(settings: RunSettings, task: Task) -> VisualModel:
     Raises:
         DnnvssError: what :func:`dnnvss.systems.registry.make_system` refuses.
     """
+    from dnnvss.systems.registry import make_system  # which imports every system
+
     return make_system(settings.model_name, settings.model, task.table, task.clock)

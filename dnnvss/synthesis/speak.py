@@ -19,12 +19,10 @@ from dnnvss.style import Key, sample_keys
 from dnnvss.style.generator import all_gauges
 from dnnvss.style.plain import plain_gauges
 from dnnvss.synthesis.plan import Plan, make_plan
-from dnnvss.synthesis.recorded import check_recordings, with_recordings
 from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, unfamiliar, word_risks
 from dnnvss.synthesis.stage import Stage, open_stage
 from dnnvss.systems import Example
-from dnnvss.systems.fragments import Fragments
 from dnnvss.timing import Alignment, FrameClock
 from dnnvss.visemes import TIER
 
@@ -183,6 +181,8 @@ def speak(run: Run, request: SpeakRequest) -> Spoken:
         DnnvssError: a request that cannot be met; the message says why.
     """
     if request.by_recordings:
+        from dnnvss.synthesis.recorded import check_recordings, with_recordings
+
         check_recordings(run, request)
     plan = make_plan(run, request)
     example, stand_ins = _seen(run, request, plan)
@@ -219,7 +219,10 @@ def speak_again(spoken: Spoken, request: SpeakRequest) -> Spoken:
 def _moved(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_ins: Mapping[str, str]) -> Spoken:
     style = request.style if plan.phones else replace(request.style, closures=False, contacts=False, rest=False)
     generator = run.generator
-    if plan.fragments and isinstance(run.model, Fragments):
+    if plan.fragments:
+        from dnnvss.systems.fragments import Fragments
+
+        assert isinstance(run.model, Fragments)
         generator = replace(generator, model=run.model.playing(plan.fragments))
     movement = generator(example, style, request.keys, key_gauges(run), plan.tier)
     return Spoken(run, request, plan, example, stand_ins, movement, _risks(run, request, plan, example, stand_ins),

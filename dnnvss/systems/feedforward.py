@@ -1,16 +1,14 @@
 """The feed-forward network of Thangthai et al. 2016, section 2."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 
-from dnnvss.errors import DnnvssError
-from dnnvss.settings import check_settings, setting
 from dnnvss.systems.frame_network import FrameNetwork
+from dnnvss.systems.layers import FeedForwardSettings
 from dnnvss.training.code_product import code_product, multiplies
 from dnnvss.training.code_sum import code_sum
 from dnnvss.training.dropout import Dropout
@@ -61,26 +59,6 @@ def left_out(active: Tensor, share: float, padding: int) -> Tensor:
     if not share:
         return active
     return torch.where(torch.rand(active.shape, device=active.device) >= share, active, padding)
-
-
-@dataclass(frozen=True)
-class FeedForwardSettings:
-    """The size of a feed-forward network.
-
-    Raises:
-        DnnvssError: no hidden layer, or a value that is out of range.
-    """
-
-    hidden: tuple[int, ...] = setting((512, 512, 512), least=1, doc="width of each hidden layer")
-    activation: str = setting("tanh", choices=ACTIVATIONS)
-    dropout: float = setting(0.0, least=0, below=1, doc="share of hidden units dropped in training")
-    input_dropout: float = setting(0.0, least=0, below=1, doc="share of active binary inputs dropped in training")
-
-    def __post_init__(self) -> None:
-        check_settings(self, "model.network")
-        if not self.hidden:
-            raise DnnvssError("model.network.hidden=[] is no network",
-                              remedy="Give the width of one layer at least: model.network.hidden=[512]")
 
 
 class FeedForward(FrameNetwork):

@@ -1,6 +1,6 @@
 """Networks from the columns of frames to outputs, by kind: frame by frame, or over time."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, TypeVar
 
@@ -10,8 +10,6 @@ from torch import Tensor, nn
 from dnnvss.settings import read_settings, unknown_setting
 
 Module = TypeVar("Module", bound=nn.Module)
-_AT_ONCE, _AT_ONCE_OVER_TIME = 4096, 16384
-"""Frames a forward pass at prediction: bounds memory on an hour of text."""
 
 
 class FrameNetwork(nn.Module):
@@ -67,26 +65,6 @@ class NetworkStream:
     def finish(self) -> Tensor:
         """Outputs (n, out) of the frames that were held back."""
         return torch.zeros(0, self.network.out)
-
-
-def pieces(count: int, reach: tuple[int, int], alone: int = _AT_ONCE, around: slice | None = None
-           ) -> Iterator[tuple[slice, slice]]:
-    """Parts in which a long utterance goes through a network.
-
-    Args:
-        count: frames of the utterance.
-        reach: of the network; (0, 0) where it sees one frame at a time.
-        alone: frames at once where each is seen by itself.
-        around: the frames that are wanted; all where None.
-
-    Yields:
-        The frames that are put in, and which of the outputs count.
-    """
-    size = alone if reach == (0, 0) else _AT_ONCE_OVER_TIME
-    first, last = (0, count) if around is None else (around.start, around.stop)
-    for start in range(first, last, size):
-        stop, low = min(start + size, last), max(start - reach[0], 0)
-        yield slice(low, min(stop + reach[1], count)), slice(start - low, stop - low)
 
 
 def counts(lengths: Any, total: int) -> Sequence[int]:

@@ -16,7 +16,8 @@ from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import READABLE, Example, Prediction, PredictionStream, VisualModel, moments
 from dnnvss.systems.figures import trajectory_figure
-from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, filled, pieces
+from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, filled
+from dnnvss.systems.parts import pieces
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.systems.unheard import heard_phones, lend_weights
 from dnnvss.timing import FrameClock

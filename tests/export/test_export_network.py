@@ -21,7 +21,10 @@ from dnnvss.export.graph import FrameStreams, frame_streams
 from dnnvss.export.write import write_network
 from dnnvss.features import FeatureTable, NumericScaler, Settings, encode
 from dnnvss.media import Sound
-from dnnvss.systems import BlendedNetworks, Example, NetworkModel, PhoneMean, Prediction, VisualModel
+from dnnvss.systems import Example, Prediction, VisualModel
+from dnnvss.systems.blend import BlendedNetworks
+from dnnvss.systems.means import PhoneMean
+from dnnvss.systems.network import NetworkModel
 from dnnvss.timing import Tier
 from dnnvss.training import FitSettings
 

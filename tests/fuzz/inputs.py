@@ -1,5 +1,6 @@
 """Every kind of file that the program reads: a right one, and what reads it as the program does."""
 
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +43,7 @@ from dnnvss.records import read_value
 from dnnvss.render.neutral import Neutral
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.run import Run, _trained, _tried, make_model
+from dnnvss.runs.run import Run, _opened, _tried, make_model
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
@@ -52,7 +53,6 @@ from dnnvss.text.overrides import read_overrides
 from dnnvss.text.sentence import parse
 from dnnvss.text.tree import linguistic_tree
 from dnnvss.timing import Alignment, FrameClock, Tier
-from dnnvss.training.checkpoints import load_checkpoint, save_arrays
 
 CLOCK = FrameClock(25)
 TABLE = FeatureTable(("centre_phone", "phone_context", "phone_span"))
@@ -245,7 +245,7 @@ def _run(folder: Path) -> dict[str, Input]:
         files.write_arrays(places.prediction(kind), u1=rows, u2=rows)
     bundle = folder.parent / "bundle"
     BundleIndex("model.npz", "demo", __version__, {}).save(bundle)
-    arrays = save_arrays(bundle / "model.npz", load_checkpoint(places.model))
+    shutil.copyfile(places.model, arrays := bundle / "model.npz")
     assert STATIC.taps
 
     def opened(_: Path) -> Any:
@@ -255,8 +255,8 @@ def _run(folder: Path) -> dict[str, Input]:
     return {
         "config": Input(places.config, opened),
         "run json": Input(places.provenance, lambda _: (places.written(), RunSettings.load(folder))),
-        "model": Input(places.model, lambda p: _tried(p, _trained(p, settings), settings)),
-        "model as arrays": Input(arrays, lambda p: _tried(p, _trained(p, settings), settings)),
+        "model": Input(places.model, lambda p: _tried(p, _opened(p, settings), settings)),
+        "model as arrays": Input(arrays, lambda p: _tried(p, _opened(p, settings), settings)),
         "metrics": Input(places.metrics, lambda p: read_value(p, "headline", float, "Train anew")),
         "reference": Input(places.prediction("reference"), lambda _: read_run(folder)),
         "speech": Input(places.prediction("speech"), lambda _: read_run(folder)),

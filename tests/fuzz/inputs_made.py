@@ -137,7 +137,7 @@ def _spoken(home: Path) -> dict[str, Made]:
 
     places = RunFiles(folder)
     names = [path for path in (*places.members, places.units, places.model) if path.is_file()]
-    assert {path.name for path in names} >= {"config.yaml", "face.npz", "talker.npz", "units.pt", "model.pt"}
+    assert {path.name for path in names} >= {"config.yaml", "face.npz", "talker.npz", "units.pt", "model.npz"}
     return {f"run {path.name}": Made(path, used, HEAVY) for path in names}
 
 
@@ -153,7 +153,7 @@ def _network(home: Path) -> dict[str, Made]:
     words = (*kills.ALONE, f"corpus.out={home}/data", f"runs={home}/runs", f"run={broken}")
 
     def goes_on(path: Path) -> Any:
-        for each in (broken / "model.pt", broken / "metrics.json"):
+        for each in (broken / "model.npz", broken / "metrics.json"):
             each.unlink(missing_ok=True)
         (broken / "checkpoints" / "best.ckpt").unlink(missing_ok=True)
         return _status(quiet(run_command, *words), path)

@@ -42,7 +42,7 @@ NAMES = (
     "%c0%ae%c0%ae/etc/passwd",
     "file:///etc/passwd",
     "..;/..;/etc/passwd",
-    "speech.mp4/../../../model.pt",
+    "speech.mp4/../../../model.npz",
 )
 """Names that would lead out of a folder, or are none."""
 

@@ -18,8 +18,9 @@ from dnnvss import files
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.run import Run, _trained, _tried, make_model
+from dnnvss.runs.run import Run, _opened, _tried, make_model
 from dnnvss.runs.settings import RunSettings
+from dnnvss.training.arrays import save_arrays
 from dnnvss.training.checkpoints import load_checkpoint
 
 STRUCT = np.dtype([("f", "<f4")])
@@ -88,7 +89,7 @@ def network(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunSettings
     model.fit(examples[:3], examples[3:], folder)
     Run.save(folder, settings.task, model)
     path = RunFiles(folder).model
-    assert _tried(path, _trained(path, settings), settings) == 3
+    assert _tried(path, _opened(path, settings), settings) == 3
     return path, settings, load_checkpoint(path)
 
 
@@ -112,10 +113,9 @@ def test_a_system_that_cannot_predict_is_no_run(
     right, settings, _ = network
     kept = load_checkpoint(right)
     STATES[name](kept["state"])
-    path = tmp_path / "model.pt"
-    torch.save(kept, path)
+    path = save_arrays(tmp_path / "model.npz", kept)
     with pytest.raises(DnnvssError, match="does not hold what feedforward learns") as told:
-        _tried(path, _trained(path, settings), settings)
+        _tried(path, _opened(path, settings), settings)
     assert told.value.file == path and told.value.remedy
 
 
@@ -125,7 +125,7 @@ def test_settings_of_a_giant_network_take_no_memory(network: tuple[Path, RunSett
     path, settings, _ = network
     giant = replace(settings, model={**settings.model, "network": {**settings.model["network"], "hidden": [10**9]}})
     with pytest.raises(DnnvssError, match="are not those of the network that the settings describe"):
-        _trained(path, giant)
+        _opened(path, giant)
 
 
 TRIES: list[str] = []

@@ -69,7 +69,7 @@ def speak(home: Path, out: str, *overrides: str) -> Path:
 
 def test_run_folder_holds_what_synthesis_and_reader_need(home: Path) -> None:
     names = {p.name for p in (home / "runs" / "ph").iterdir()}
-    assert {"config.yaml", "run.json", "model.pt", "face.npz", "neutral.npz", "durations.npz", "voice.json",
+    assert {"config.yaml", "run.json", "model.npz", "face.npz", "neutral.npz", "durations.npz", "voice.json",
             "metrics.json", "metrics.md", "figures", "predictions", "tensorboard", "checkpoints", "talker.npz"} <= names
     table = json.loads((home / "runs" / "ph" / "metrics.json").read_text())
     assert set(table["systems"]) == {"model", "model, articulated", "training mean", "phone mean"}
@@ -82,9 +82,9 @@ def test_run_folder_holds_what_synthesis_and_reader_need(home: Path) -> None:
 
 
 def test_finished_run_is_reported_and_not_trained_again(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    before = (home / "runs" / "ph" / "model.pt").stat().st_mtime_ns
+    before = (home / "runs" / "ph" / "model.npz").stat().st_mtime_ns
     again = train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/ph", *FAST))
-    assert (home / "runs" / "ph" / "model.pt").stat().st_mtime_ns == before
+    assert (home / "runs" / "ph" / "model.npz").stat().st_mtime_ns == before
     assert "is finished" in capsys.readouterr().out
     assert again == pytest.approx(files.read_json(home / "runs" / "ph" / "metrics.json")["headline"])
 
@@ -158,7 +158,7 @@ def test_killed_evaluation_resumes_to_the_same_numbers(home: Path) -> None:
     """A run whose fit was finished and whose evaluation was not goes on and ends alike."""
     folder = home / "runs" / "ph_a"
     before = files.read_json(folder / "metrics.json")["headline"]
-    for name in ("metrics.json", "model.pt", "voice.json"):
+    for name in ("metrics.json", "model.npz", "voice.json"):
         (folder / name).unlink()
     headline = train(configure("train", f"corpus.out={home}/demo", f"run={folder}", "labels=ph_a", *FAST))
     assert headline == pytest.approx(before, abs=1e-6)
@@ -421,7 +421,7 @@ def test_overwrite_deletes_runs_alone(home: Path, tmp_path: Path) -> None:
     with pytest.raises(DnnvssError, match="epochs"):
         train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/ph", "overwrite=true", *FAST,
                         "trainer.epochs=0"))
-    assert (tmp_path / "thesis.txt").exists() and (home / "runs" / "ph" / "model.pt").exists()
+    assert (tmp_path / "thesis.txt").exists() and (home / "runs" / "ph" / "model.npz").exists()
 
 
 def test_a_run_that_was_killed_is_not_spoken_with(home: Path, tmp_path: Path) -> None:
@@ -456,17 +456,17 @@ def test_durations_of_a_model_that_learnt_none_are_refused(home: Path, tmp_path:
 
 
 def test_run_of_another_feature_table_is_refused(home: Path, tmp_path: Path) -> None:
-    for name in ("model.pt", "config.yaml"):
-        source = "ph" if name == "model.pt" else "ph_a"
+    for name in ("model.npz", "config.yaml"):
+        source = "ph" if name == "model.npz" else "ph_a"
         (tmp_path / name).write_bytes((home / "runs" / source / name).read_bytes())
-    with pytest.raises(DnnvssError, match=r"model.pt.*phone_window"):
+    with pytest.raises(DnnvssError, match=r"model.npz.*phone_window"):
         Run.open(tmp_path)
 
 
 def test_checkpoint_cut_short_is_refused(home: Path, tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_bytes((home / "runs" / "ph" / "config.yaml").read_bytes())
-    (tmp_path / "model.pt").write_bytes((home / "runs" / "ph" / "model.pt").read_bytes()[:5000])
-    with pytest.raises(DnnvssError, match=r"model.pt: cannot be read"):
+    (tmp_path / "model.npz").write_bytes((home / "runs" / "ph" / "model.npz").read_bytes()[:5000])
+    with pytest.raises(DnnvssError, match=r"model.npz: cannot be read"):
         Run.open(tmp_path)
 
 

@@ -96,7 +96,7 @@ def test_a_test_is_made_answered_analysed_and_stands_beside_the_measures(
     assert "### Ranks of viewers and of measures" in text and "| 3 |" in text
     html = (tmp_path / "compared" / "evaluation.html").read_text()
     assert "What viewers saw" in html and f"{seen[0].score:.3f}" in html
-    (runs(home)[0] / "model.pt").write_bytes(b"trained anew")
+    (runs(home)[0] / "model.npz").write_bytes(b"trained anew")
     assert read_scores(runs(home)[0]) == ()
 
 

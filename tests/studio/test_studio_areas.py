@@ -124,7 +124,7 @@ def test_a_run_is_running_while_its_lock_is_held(tmp_path: Path) -> None:
     assert state_of(run)[0] == STOPPED
     with locked(run):
         assert state_of(run) == (RUNNING, "being fitted")
-        touch(run / "model.pt")
+        touch(run / "model.npz")
         assert state_of(run) == (RUNNING, "fitted, being evaluated")
 
 

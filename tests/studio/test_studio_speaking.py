@@ -183,7 +183,7 @@ def test_a_voice_that_was_brought_is_followed(client: Client, take: Any) -> None
     assert json.loads(data)["phones"]["labels"] == take["alignment"]["phones"]["labels"]
 
 
-@pytest.mark.parametrize("path", ["/v1/takes/x", "/v1/takes/{id}/files/..%2F..%2Fmodel.pt", "/v1/takes/{id}/files/a",
+@pytest.mark.parametrize("path", ["/v1/takes/x", "/v1/takes/{id}/files/..%2F..%2Fmodel.npz", "/v1/takes/{id}/files/a",
                                   "/v1/takes/{id}/pictures?first=-1", "/v1/takes/{id}/pictures?count=1000000",
                                   "/v1/takes/{id}/pictures?first=99999", "/v1/takes/{id}/pictures?view=soul"])
 def test_what_there_is_not_is_refused(client: Client, take: Any, path: str) -> None:

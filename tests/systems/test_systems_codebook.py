@@ -12,7 +12,8 @@ from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives, mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.features import encode
 from dnnvss.phones import ANSWERS, PHONES, phone_id
-from dnnvss.systems import Codebook, Example
+from dnnvss.systems import Example
+from dnnvss.systems.codebook import Codebook
 from dnnvss.systems.codebook_units import OUTSIDE, Inventory, neighbours, phone_distances, similarities
 from dnnvss.timing import Alignment, Tier
 

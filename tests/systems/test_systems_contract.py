@@ -16,11 +16,14 @@ from dnnvss.errors import DnnvssError
 from dnnvss.export.graph import frame_streams
 from dnnvss.features import FeatureTable, phones_of
 from dnnvss.files import digest
-from dnnvss.systems import BlendedNetworks, Example, NetworkModel, VisualModel
+from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.base import READABLE
+from dnnvss.systems.blend import BlendedNetworks
 from dnnvss.systems.frame_network import FrameNetwork
+from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.registry import declared, driven_by, make_system, null_systems, read_system, systems
-from dnnvss.training.checkpoints import load_checkpoint, save_arrays, save_checkpoint
+from dnnvss.training.arrays import save_arrays
+from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 
 NAMES = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml") if p.stem != "auto")
 SOURCE: dict[str, object] = {"checkpoint": "none", "digest": "", "model": {"system": "kernel"}}

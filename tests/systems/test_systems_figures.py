@@ -4,9 +4,10 @@ import numpy as np
 from conftest import CLOCK, TABLE
 from evaluation.test_evaluation_comparison import MOUTH
 
-from dnnvss.systems import Example, PhoneMean
+from dnnvss.systems import Example
 from dnnvss.systems.ensemble import Ensemble, EnsembleSettings
 from dnnvss.systems.figures import moments_of, trajectory_figure
+from dnnvss.systems.means import PhoneMean
 
 
 def test_the_moments_are_the_extremes_of_what_was_measured() -> None:

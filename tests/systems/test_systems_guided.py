@@ -8,8 +8,8 @@ import pytest
 from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, GuidedCodebook, Prediction
-from dnnvss.systems.guided import _ramped
+from dnnvss.systems import Example, Prediction
+from dnnvss.systems.guided import GuidedCodebook, _ramped
 from dnnvss.training import FitSettings
 
 SETTINGS = FitSettings(epochs=1, batch_size=32, progress=False, figure_every=0, accelerator="cpu")

@@ -11,7 +11,8 @@ from conftest import CLOCK, TABLE
 from dnnvss.errors import DnnvssError
 from dnnvss.features import encode, phones_of
 from dnnvss.phones import PHONES, SPOKEN
-from dnnvss.systems import Example, HiddenSemiMarkov
+from dnnvss.systems import Example
+from dnnvss.systems.hsmm import HiddenSemiMarkov
 from dnnvss.systems.hsmm_contexts import context_answers, context_questions
 from dnnvss.systems.hsmm_durations import best_durations, equal_states
 from dnnvss.systems.trees import Growth, Sums, grow

@@ -8,7 +8,8 @@ import pytest
 from conftest import CLOCK, TABLE
 
 from dnnvss.features import encode
-from dnnvss.systems import Example, PhoneMean, TrainingMean, VisualModel
+from dnnvss.systems import Example, VisualModel
+from dnnvss.systems.means import PhoneMean, TrainingMean
 from dnnvss.timing import Alignment
 
 

@@ -15,8 +15,11 @@ from torch import nn
 from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, FeatureTable, NumericScaler
-from dnnvss.systems import BlendedNetworks, Example, NetworkModel
-from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, pieces
+from dnnvss.systems import Example
+from dnnvss.systems.blend import BlendedNetworks
+from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan
+from dnnvss.systems.network import NetworkModel
+from dnnvss.systems.parts import pieces
 from dnnvss.systems.recurrent import RecurrentCore
 from dnnvss.training import FitSettings
 from dnnvss.training.regression import UtteranceRegression

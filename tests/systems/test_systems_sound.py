@@ -11,7 +11,8 @@ from dnnvss.acoustics import LogMel
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives
 from dnnvss.features import FeatureTable, Settings, encode
 from dnnvss.media import Sound
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import Example
+from dnnvss.systems.network import NetworkModel
 from dnnvss.training import FitSettings
 
 SOUND = Settings(logmel=LogMel(bands=4), logmel_offsets=(-2, 2))

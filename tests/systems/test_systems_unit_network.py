@@ -10,8 +10,9 @@ from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, encode
-from dnnvss.systems import BlendedNetworks, Example, NetworkModel
-from dnnvss.systems.blend import without_visemes
+from dnnvss.systems import Example
+from dnnvss.systems.blend import BlendedNetworks, without_visemes
+from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.viseme_network import UnitNetwork, unit_sequence, unit_targets
 from dnnvss.systems.viseme_predictor import VisemePredictor
 from dnnvss.timing import Tier

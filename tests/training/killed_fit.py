@@ -20,8 +20,9 @@ from conftest import CLOCK, TABLE, make_example, of_layers
 
 import dnnvss.training.callbacks
 from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import Example
 from dnnvss.systems.frame_network import FrameNetwork
+from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.viseme_network import UnitNetwork, unit_targets
 from dnnvss.timing import Tier
 from dnnvss.training import FitSettings

@@ -16,7 +16,7 @@ from conftest import CLOCK, TABLE, make_example, of_layers
 
 import dnnvss.systems.network
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import NetworkModel
+from dnnvss.systems.network import NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import Batch, FrameBatches
 from dnnvss.training.devices import process_number

@@ -14,9 +14,10 @@ import torch
 from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import Example
 from dnnvss.systems.base import NoSettings
 from dnnvss.systems.frame_network import FrameNetwork
+from dnnvss.systems.network import NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.checkpoints import load_checkpoint
 from dnnvss.training.devices import process_number

@@ -9,7 +9,8 @@ import torch
 from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import Example
+from dnnvss.systems.network import NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.code_sum import code_sum
 

@@ -14,7 +14,9 @@ from torch import nn
 from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, NumericScaler
-from dnnvss.systems import Example, FeedForward, NetworkModel
+from dnnvss.systems import Example
+from dnnvss.systems.feedforward import FeedForward
+from dnnvss.systems.network import NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import FrameBatches
 from dnnvss.training.classification import FrameClassification

@@ -11,7 +11,8 @@ from conftest import CLOCK, TABLE, of_layers
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, mlpg
 from dnnvss.errors import DnnvssError
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import Example
+from dnnvss.systems.network import NetworkModel
 from dnnvss.training import FitSettings
 from dnnvss.training.regression import FrameRegression
 

@@ -10,7 +10,8 @@ from torch import nn
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import CodeStore, NumericScaler
-from dnnvss.systems import Example, FeedForward
+from dnnvss.systems import Example
+from dnnvss.systems.feedforward import FeedForward
 from dnnvss.training import FitSettings, precision
 from dnnvss.training.allocator import keep_freed_memory
 from dnnvss.training.batches import FrameBatches
