@@ -2,8 +2,9 @@
 
     python benchmarks/startup.py RUN-OR-BUNDLE ... [speech=formant]
 
-Each is started several times in turn, beside a process that imports nothing but torch. CPU time is the process's own,
-user and system; wall time is counted from before the process starts.
+Each is started several times in turn, beside a process that imports nothing but torch, and one that imports what was
+loaded when the first picture was drawn. CPU time is the process's own, user and system; wall time is counted from
+before the process starts.
 """
 
 import argparse
@@ -27,21 +28,29 @@ def frames(self, parameters, draw=renderer.Renderer.frames):
     for number, picture in enumerate(draw(self, parameters)):
         if number == 0:
             with open(mark, "w") as file:
-                json.dump([time.time(), time.process_time()], file)
+                json.dump([time.time(), time.process_time(), list(sys.modules)], file)
         yield picture
 renderer.Renderer.frames = frames
 runpy.run_path(sys.argv[0], run_name="__main__")
 """
-TORCH = "import json, sys, time, torch; json.dump([time.time(), time.process_time()], open(sys.argv[1], 'w'))"
+TORCH = "import json, sys, time, torch; json.dump([time.time(), time.process_time(), []], open(sys.argv[1], 'w'))"
+IMPORTS = """
+import contextlib, gc, importlib, json, sys, time
+gc.disable()
+for name in json.load(open(sys.argv[2])):
+    with contextlib.suppress(Exception):
+        importlib.import_module(name)
+json.dump([time.time(), time.process_time(), []], open(sys.argv[1], 'w'))
+"""
 
 
-def started(program: str, arguments: list[str], mark: Path) -> list[float]:
-    """Return wall and CPU seconds to the mark, and wall seconds to the end."""
+def started(program: str, arguments: list[str], mark: Path) -> tuple[list[float], list[str]]:
+    """Return wall and CPU seconds to the mark with wall seconds to the end, and the modules that were loaded."""
     start = time.time()
     subprocess.run([sys.executable, "-c", program, str(mark), *arguments], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL, cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1"})
-    wall, cpu = json.loads(mark.read_text())
-    return [wall - start, cpu, time.time() - start]
+    wall, cpu, loaded = json.loads(mark.read_text())
+    return [wall - start, cpu, time.time() - start], loaded
 
 
 def main() -> None:
@@ -57,15 +66,22 @@ def main() -> None:
         for run in (a for a in options.runs if "=" not in a):
             said = [f"run={run}", f"text={TEXT}", f"out={folder}/a.mp4", *settings]
             jobs[run] = (PROGRAM, [str(ROOT / "synth.py"), *said])
+        for run in list(jobs)[1:]:
+            listed = Path(folder) / f"modules{len(jobs)}.json"
+            listed.write_text(json.dumps(started(*jobs[run], mark)[1]))
+            jobs[f"imports of {run}"] = (IMPORTS, [str(listed)])
         times = {name: [] for name in jobs}
         for _ in range(options.repeats):
             for name, (program, arguments) in jobs.items():
-                times[name].append(started(program, arguments, mark))
-    print(f"seconds, median of {options.repeats}, one thread, {' '.join(settings)}")
-    print(f"{'':44} {'first picture':>14} {'CPU':>6} {'whole command':>14}")
-    for name, rows in times.items():
-        first, cpu, whole = np.median(rows, axis=0)
-        print(f"{name[-44:]:44} {first:14.2f} {cpu:6.2f} {whole:14.2f}")
+                times[name].append(started(program, arguments, mark)[0])
+    print(f"seconds, median of {options.repeats}, one thread, {' '.join(settings)}; ratios of CPU time")
+    print(f"{'':44} {'first picture':>14} {'CPU':>6} {'whole command':>14} {'of torch':>9} {'of its imports':>15}")
+    middle = {name: np.median(rows, axis=0) for name, rows in times.items()}
+    for name, (first, cpu, whole) in middle.items():
+        line = f"{name[-44:]:44} {first:14.2f} {cpu:6.2f} {whole:14.2f}"
+        if (own := f"imports of {name}") in middle:
+            line += f" {cpu / middle['import torch'][1]:9.2f} {cpu / middle[own][1]:15.2f}"
+        print(line)
 
 
 if __name__ == "__main__":

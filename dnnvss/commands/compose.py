@@ -11,7 +11,7 @@ from typing import Any
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss.commands.arguments import Arguments, Override
-from dnnvss.commands.conf import conf_folder, groups
+from dnnvss.commands.conf import conf_folder, groups, read_file
 from dnnvss.commands.usage import UsageError
 
 
@@ -33,7 +33,7 @@ def compose(arguments: Arguments) -> DictConfig:
 
 def _file(folder: Path, name: str, chosen: dict[str, str]) -> DictConfig:
     """A file merged with its defaults; what the file itself says counts more than what it builds on."""
-    own = OmegaConf.load(folder / f"{name}.yaml")
+    own = OmegaConf.create(read_file(folder / f"{name}.yaml"))
     assert isinstance(own, DictConfig)
     parts: list[Any] = []
     for entry in own.pop("defaults", []):

@@ -10,6 +10,7 @@ from omegaconf import OmegaConf
 import dnnvss
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.files.plain_yaml import read_yaml
 
 _REMEDY = "Write a file such as those of conf/, in YAML and UTF-8"
 _PACKAGE = Path(dnnvss.__file__).parent
@@ -77,7 +78,7 @@ def read_file(path: Path) -> dict[str, Any]:
     Raises:
         DnnvssError: it cannot be read, or holds no table.
     """
-    loaded: Any = files.read(path, lambda p: OmegaConf.to_container(OmegaConf.create(p.read_text("utf-8"))), _REMEDY)
+    loaded: Any = files.read(path, lambda p: read_yaml(p.read_text("utf-8")), _REMEDY)
     if not isinstance(loaded, dict) or not all(isinstance(key, str) for key in loaded):
         raise DnnvssError("holds no table of settings", file=path, remedy=_REMEDY)
     return loaded

@@ -14,7 +14,6 @@ from dnnvss import files
 from dnnvss.commands.arguments import SettingsCommand, parse_arguments
 from dnnvss.commands.compose import compose
 from dnnvss.commands.composed import job_number, run_command, typed_settings
-from dnnvss.commands.speak_session import session_request, session_run
 from dnnvss.commands.speak_settings import SpeakSettings, check_files, numbered
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning, write_alignment
@@ -80,6 +79,8 @@ def chosen_run(settings: SpeakSettings) -> Path:
     """
     folder, why = Path(settings.run or ""), ""
     if settings.session:
+        from dnnvss.commands.speak_session import session_run
+
         folder, why = session_run(settings, Path(settings.session)), "of the session"
     elif not settings.run:
         spoken = SPOKEN if settings.text or settings.alignment or not settings.wav else frozenset()
@@ -99,6 +100,8 @@ def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:
     """
     recording = _recording(Path(settings.wav)) if settings.wav else None
     if settings.session:
+        from dnnvss.commands.speak_session import session_request
+
         return session_request(Path(settings.session), run, recording, named_style, settings.scale)
     scene = read_scene(settings, run)
     text = files.as_utf8(settings.text or "")

@@ -10,15 +10,11 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.linalg import lapack
 
-from dnnvss.errors import DnnvssError
+from dnnvss.curves.padding import SINGULAR, inner, undetermined
 
 _LAPACK_COLUMNS = 400
 """Up to so many columns the compiled sweep down each column wins over a sweep in numpy across the columns
 (measured)."""
-
-SINGULAR = 1e-13
-"""A pivot smaller than this share of its diagonal entry means that the frames before leave nothing determined."""
-
 
 class Factor(Protocol):
     """A factorised system."""
@@ -50,31 +46,6 @@ def factorise(bands: Any, batch: int = 1) -> Factor:
     if max(batch, bands.shape[2]) * bands.shape[3] <= _LAPACK_COLUMNS:
         return Lapack(bands)
     return Sweep(bands)
-
-
-def pad(rhs: Any, reach: int) -> Any:
-    """Return right-hand sides (T, B, D) with ``reach`` zero frames at both ends, as :meth:`Factor.solve` wants them."""
-    padded = zeros(rhs, len(rhs) + 2 * reach, *rhs.shape[1:])
-    padded[reach : reach + len(rhs)] = rhs
-    return padded
-
-
-def zeros(like: Any, *shape: int) -> Any:
-    """Return zeros of the kind of ``like``, which is float64: an array, or a tensor on its device."""
-    return np.zeros(shape) if isinstance(like, np.ndarray) else like.new_zeros(shape)
-
-
-def inner(padded: Any, reach: int) -> Any:
-    """Return what :func:`pad` was given."""
-    return padded[reach : len(padded) - reach]
-
-
-def undetermined(where: tuple[int, ...]) -> DnnvssError:
-    t, b, d = (int(i) for i in where)
-    return DnnvssError(
-        f"parameter {d} of row {b} is not determined at frame {t}: variances up to it are infinite or too far apart",
-        remedy="Give a finite static variance to at least one frame",
-    )
 
 
 class Lapack:

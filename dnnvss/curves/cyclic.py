@@ -2,7 +2,7 @@
 
 import torch
 
-from dnnvss.curves.banded import SINGULAR, inner, undetermined
+from dnnvss.curves.padding import SINGULAR, inner, undetermined
 
 
 class CyclicReduction:

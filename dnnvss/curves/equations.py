@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss.curves.banded import Factor, factorise, pad, zeros
+from dnnvss.curves.banded import Factor, factorise
+from dnnvss.curves.padding import pad, zeros
 from dnnvss.curves.windows import Windows
 from dnnvss.errors import DnnvssError
 

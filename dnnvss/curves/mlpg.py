@@ -41,20 +41,19 @@ def mlpg(
     3.1, equation 13; Thangthai et al. 2016, section 2.
     """
     given: Any = mean
-    if not hasattr(given, "shape"):
-        given = np.asarray(given)
     _check_shapes(given, windows)
     shape = tuple(given.shape)
     batched = given.reshape(-1, *shape[-3:])
-    if lengths is not None:
-        lengths = _check_lengths(lengths, batched)
+    counts = _check_lengths(lengths, batched) if lengths is not None else None
+    made: Any
     if isinstance(given, np.ndarray):
-        precision = precision_of(variance, shape, lengths)
-        x = NormalEquations(precision, windows, lengths, batched.shape).trajectory(batched)
-        return x.reshape(*shape[:-2], shape[-1]).astype(given.dtype)  # type: ignore[return-value]
-    from dnnvss.curves import tensors
+        equations = NormalEquations(precision_of(variance, shape, counts), windows, counts, batched.shape)
+        made = equations.trajectory(batched).reshape(*shape[:-2], shape[-1]).astype(given.dtype)
+    else:
+        from dnnvss.curves import tensors
 
-    return tensors.mlpg(given, variance, windows, lengths).reshape(*shape[:-2], shape[-1]).to(given.dtype)
+        made = tensors.mlpg(given, variance, windows, counts).reshape(*shape[:-2], shape[-1]).to(given.dtype)
+    return made
 
 
 def _check_shapes(mean: Any, windows: Windows) -> None:

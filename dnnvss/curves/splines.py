@@ -1,7 +1,6 @@
 """Another road to a smooth trajectory: a cubic smoothing spline near the data."""
 
 import numpy as np
-from scipy.interpolate import make_smoothing_spline
 from scipy.linalg import solveh_banded
 
 from dnnvss.errors import DnnvssError
@@ -38,6 +37,8 @@ def smoothing_spline(
             raise DnnvssError(f"a smoothing spline cannot have a cutoff of {cutoff} Hz without a clock or below zero",
                               remedy="Give clock=FrameClock(100) and a cutoff of, say, 8")
         return _smoothed(x.astype(float), float(clock.rate / (2 * np.pi * cutoff)) ** 4).astype(x.dtype)
+    from scipy.interpolate import make_smoothing_spline  # slow to import
+
     frames = np.arange(len(x), dtype=float)
     columns = [make_smoothing_spline(frames, column)(frames) for column in x.astype(float).T]
     return np.stack(columns, axis=1).astype(x.dtype)

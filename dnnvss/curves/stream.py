@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from dnnvss.curves.banded import Lapack, pad
+from dnnvss.curves.banded import Lapack
 from dnnvss.curves.equations import precision_of
+from dnnvss.curves.padding import pad
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.errors import DnnvssError
 

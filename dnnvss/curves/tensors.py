@@ -1,4 +1,4 @@
-"""Parameter generation and derivatives of tensors, with gradients, on the processor and on accelerators."""
+"""Parameter generation of tensors, with gradients, on the processor and on accelerators."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import torch
 from torch.autograd.function import once_differentiable
 
 from dnnvss.curves.equations import NormalEquations, check_positive, check_spread
-from dnnvss.curves.windows import Windows
+from dnnvss.curves.windows import Windows, derivatives
 
 
 def mlpg(mean: torch.Tensor, variance: Any, windows: Windows, lengths: Any) -> torch.Tensor:
@@ -30,22 +30,6 @@ def mlpg(mean: torch.Tensor, variance: Any, windows: Windows, lengths: Any) -> t
         return made
     equations = NormalEquations(_kernel(precision), windows, _kernel(counts), tuple(mean.shape))
     return _tensor(equations.trajectory(_kernel(mean)))
-
-
-def derivatives(x: torch.Tensor, windows: Windows, lengths: Any = None) -> torch.Tensor:
-    """Return all streams (..., T, W, D) of a trajectory; see :func:`dnnvss.curves.windows.derivatives`."""
-    frames, reach = x.shape[-2], windows.reach
-    index = torch.arange(-reach, frames + reach, device=x.device)
-    if lengths is None:
-        held = x.index_select(-2, index.clamp(0, frames - 1))
-    else:
-        last = torch.as_tensor(lengths, device=x.device)[:, None] - 1
-        held = torch.take_along_dim(x, torch.minimum(index.clamp(min=0), last)[..., None], dim=-2)
-    streams = []
-    for w in range(len(windows)):
-        shifted = [weight * held.narrow(-2, reach + s, frames) for s, weight in windows.weights(w)]
-        streams.append(sum(shifted[1:], shifted[0]) if shifted else torch.zeros_like(x))
-    return torch.stack(streams, dim=-2)
 
 
 def _precision_of(variance: Any, mean: torch.Tensor, counts: torch.Tensor | None) -> torch.Tensor:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eig_banded, solve_banded
-from scipy.optimize import brentq
 
 from dnnvss.curves.equations import NormalEquations, precision_of
 from dnnvss.curves.multipliers import multiply
@@ -173,6 +172,8 @@ def _column(bands: np.ndarray, x0: np.ndarray, wanted: float, strength: float) -
         """Return how far k is above its own condition; it grows with k, and too low a k has no solution."""
         x = _shifted_solution(bands, rhs, k, lowest)
         return -abs(excess) - bands[0].max() if x is None else k - strength * (x.var() - wanted)
+
+    from scipy.optimize import brentq  # slow to import
 
     low, high = (-float(lowest[1]), 0.0) if excess < 0 else (0.0, excess)
     k = brentq(beyond, low, high, xtol=1e-12 * bands[0].max(), rtol=1e-13, maxiter=_STEPS)

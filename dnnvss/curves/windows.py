@@ -1,14 +1,16 @@
 """Delta windows, and the one edge rule that deltas and parameter generation share."""
 
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
 
-Array = TypeVar("Array", bound=Any)
-"""An array, or a tensor: only a tensor brings torch."""
+if TYPE_CHECKING:
+    import torch
+
+Array = TypeVar("Array", np.ndarray, "torch.Tensor")
 
 
 @dataclass(frozen=True)
@@ -99,21 +101,38 @@ def derivatives(static: Array, windows: Windows = STATIC_DELTA_DELTA2, lengths: 
     """
     if static.ndim < 2 or static.shape[-2] < 1:
         raise DnnvssError(f"a trajectory of shape {tuple(static.shape)} has no frame", remedy="Give at least one frame")
-    frames, reach = static.shape[-2], windows.reach
     if not isinstance(static, np.ndarray):
-        from dnnvss.curves import tensors
-
-        return tensors.derivatives(static, windows, lengths)
-    if not np.issubdtype(static.dtype, np.floating):
-        static = static.astype(float)
+        return _of_tensor(static, windows, lengths)
+    x: Any = static
+    frames, reach = x.shape[-2], windows.reach
+    if not np.issubdtype(x.dtype, np.floating):
+        x = x.astype(float)
     index = np.arange(-reach, frames + reach)
     if lengths is None:
-        held = static.take(index.clip(0, frames - 1), axis=-2)
+        held = x.take(index.clip(0, frames - 1), axis=-2)
     else:
         last = np.asarray(lengths)[:, None] - 1
-        held = np.take_along_axis(static, np.minimum(index.clip(0), last)[..., None], axis=-2)
-    streams = np.zeros((*static.shape[:-1], len(windows), static.shape[-1]), static.dtype)
+        held = np.take_along_axis(x, np.minimum(index.clip(0), last)[..., None], axis=-2)
+    streams = np.zeros((*x.shape[:-1], len(windows), x.shape[-1]), x.dtype)
     for w in range(len(windows)):
         for s, weight in windows.weights(w):
             streams[..., w, :] += weight * held[..., reach + s : reach + s + frames, :]
     return streams
+
+
+def _of_tensor(x: "torch.Tensor", windows: Windows, lengths: Any) -> "torch.Tensor":
+    """Return the streams of a tensor, with gradients."""
+    import torch  # only a tensor brings us here, so torch is loaded already
+
+    frames, reach = x.shape[-2], windows.reach
+    index = torch.arange(-reach, frames + reach, device=x.device)
+    if lengths is None:
+        held = x.index_select(-2, index.clamp(0, frames - 1))
+    else:
+        last = torch.as_tensor(lengths, device=x.device)[:, None] - 1
+        held = torch.take_along_dim(x, torch.minimum(index.clamp(min=0), last)[..., None], dim=-2)
+    streams = []
+    for w in range(len(windows)):
+        shifted = [weight * held.narrow(-2, reach + s, frames) for s, weight in windows.weights(w)]
+        streams.append(sum(shifted[1:], shifted[0]) if shifted else torch.zeros_like(x))
+    return torch.stack(streams, dim=-2)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,10 +12,10 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.live_link import SHAPES, write_live_link
 from dnnvss.export.timecode import TimeCode
-from dnnvss.face.mesh import Head
-from dnnvss.face.mesh.gltf_write import write_glb
-from dnnvss.face.mesh.turns import Turns
 from dnnvss.timing import FrameClock
+
+if TYPE_CHECKING:
+    from dnnvss.face.mesh import Head
 
 SUFFIXES = (".csv", ".json", ".glb")
 CURVES = ("arkit", "oculus", "plain")
@@ -39,7 +39,7 @@ class Take:
     curves: Mapping[str, np.ndarray]
     clock: FrameClock
     start: TimeCode = field(default_factory=TimeCode)
-    head: Head | None = None
+    head: "Head | None" = None
     about: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -89,6 +89,9 @@ def write_take(path: Path, take: Take) -> Path:
             file=path,
             remedy="Write .json or .csv, or take rig_curves=arkit",
         )
+    from dnnvss.face.mesh.gltf_write import write_glb
+    from dnnvss.face.mesh.turns import Turns
+
     weights = take.head.weights(take.curves)
     about = {"rate": _rate(take.clock), "timecode": str(take.start), **take.about}
     turns = Turns.of(take.head.mesh, take.curves)

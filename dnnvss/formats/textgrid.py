@@ -3,8 +3,6 @@
 import re
 from pathlib import Path
 
-from praatio import textgrid
-
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import phone_tier, word_tier
@@ -42,6 +40,8 @@ def read_textgrid(path: str | Path) -> Alignment:
 
 def write_textgrid(path: str | Path, alignment: Alignment) -> Path:
     """Write an alignment as a long TextGrid and return the path; silences in ``words`` are empty intervals."""
+    from praatio import textgrid  # slow to import
+
     grid = textgrid.Textgrid(alignment.start, alignment.end)
     for tier in alignment.tiers:
         edges = [alignment.start, *[s.end for s in tier][:-1], alignment.end]

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import ActiveAppearanceModel, ClipCode, reconstruct
@@ -242,5 +241,7 @@ class Revoicer:
         plane = np.column_stack([np.ones(len(row)), row / warp.size[0] - 0.5, column / warp.size[1] - 0.5])
         fit = np.linalg.pinv(plane * self.patch.skin) * self.patch.skin.T
         slopes = np.stack([fit @ (self._own(f) - self._drawn(f)) for f in range(len(self.footage))])
+        from scipy.ndimage import gaussian_filter1d  # slow to import
+
         slopes = gaussian_filter1d(slopes, _LIGHT_SECONDS * float(self.footage.rate), axis=0, mode="nearest")
         return plane.astype(np.float32) @ slopes.astype(np.float32)

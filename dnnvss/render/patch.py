@@ -5,7 +5,6 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.face.aam.mesh import rim, signed_area
@@ -122,7 +121,7 @@ class Patch:
         inside = np.zeros(height * width, dtype=bool)
         inside[warp.pixels] = True
         mask[1:-1, 1:-1] = inside.reshape(height, width)
-        depth = distance_transform_edt(mask)[1:-1, 1:-1].ravel()[warp.pixels] - 0.5
+        depth = _depth(mask)[1:-1, 1:-1].ravel()[warp.pixels] - 0.5
         ramp = np.clip(depth / max(self.feather * warp.scale, 1e-6), 0, 1)
         return (ramp**2 * (3 - 2 * ramp)).astype(np.float32)[:, None]
 
@@ -135,7 +134,7 @@ class Patch:
         for ring in (layout.outer, *(layout.groups[g] for g in self.model.config.points.eyes if g in layout.groups)):
             contour = (warp.shape[ring] - warp.origin) * warp.scale
             cv2.fillPoly(bare, [np.rint(contour - 0.5).astype(np.int32)], 0)
-        away = distance_transform_edt(bare)[row, column] / warp.scale
+        away = _depth(bare)[row, column] / warp.scale
         return np.clip((away - _LIP_MARGIN) / _LIP_MARGIN, 0, 1)[:, None].astype(np.float32)
 
     def sharpened(self, textures: np.ndarray) -> np.ndarray:
@@ -166,6 +165,11 @@ class Patch:
         contour = (warp.shape[self.model.layout.inner] - warp.origin) * warp.scale
         cv2.fillPoly(mouth, [np.rint(contour - 0.5).astype(np.int32)], 1)
         return cv2.GaussianBlur(mouth.astype(np.float32), (0, 0), 0.7 * _BLUR)
+
+
+def _depth(mask: np.ndarray) -> np.ndarray:
+    """Return how far each pixel (H, W_) that is not zero is from the nearest one that is."""
+    return cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
 
 
 def bounds(points: np.ndarray, size: tuple[int, int]) -> tuple[int, int, int, int]:

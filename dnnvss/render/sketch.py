@@ -5,7 +5,6 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from scipy.spatial import Delaunay
 
 from dnnvss.face.lips import lip_pairs, parted
 from dnnvss.face.points import PointsFace
@@ -93,6 +92,8 @@ class Sketch:
         owner = np.full(len(rest), -1)
         for number, stroke in enumerate(s for s in self._strokes if s.kind in ("mouth", "eye")):
             owner[stroke.rows] = number
+        from scipy.spatial import Delaunay  # slow to import
+
         triangles = Delaunay(rest).simplices
         own = owner[triangles]
         triangles = triangles[~((own[:, 0] >= 0) & (own == own[:, :1]).all(axis=1))]

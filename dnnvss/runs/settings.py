@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from omegaconf import OmegaConf
 
 from dnnvss import __version__, files
 from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
+from dnnvss.files.plain_yaml import Loader, read_yaml
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.talkers import is_together, talker_run
@@ -108,6 +108,8 @@ class RunSettings(RunOptions):
 
     def write(self, folder: Path) -> Path:
         """Keep the settings in a run folder and return the path."""
+        from omegaconf import OmegaConf
+
         return files.write_text(RunFiles(folder).config, OmegaConf.to_yaml(OmegaConf.create(asdict(self))))
 
     @cached_property
@@ -162,13 +164,13 @@ def _plain(path: Path) -> Any:
     if len(text) > _LONGEST:
         raise DnnvssError(f"has {len(text)} characters", file=path, remedy=_WRITTEN)
     depth = 0
-    for event in yaml.parse(text, yaml.SafeLoader):
+    for event in yaml.parse(text, Loader):
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if isinstance(event, yaml.AliasEvent):
             raise DnnvssError("holds an alias (*NAME)", file=path, remedy=_WRITTEN)
         if depth > _DEEPEST:
             raise DnnvssError(f"holds more than {_DEEPEST} values in each other", file=path, remedy=_WRITTEN)
-    return OmegaConf.to_container(OmegaConf.create(text))
+    return read_yaml(text)
 
 
 _LONGEST, _DEEPEST = 2**20, 50

@@ -3,7 +3,6 @@
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from dnnvss.media import Sound
 from dnnvss.phones import SILENCE
@@ -58,6 +57,8 @@ def louder(level: np.ndarray) -> np.ndarray:
     Args:
         level: (n,) decibels of full scale.
     """
+    from scipy.ndimage import median_filter  # slow to import
+
     smooth = median_filter(level, _SMOOTH, mode="nearest")
     quiet, loud = np.percentile(smooth, [10, 98])
     return np.asarray(smooth > max(quiet + _CLEAR * (loud - quiet), _STILL))

@@ -3,7 +3,6 @@
 from functools import lru_cache
 
 import numpy as np
-from scipy.fft import dct
 
 from dnnvss.media import SPEECH_RATE
 
@@ -30,6 +29,8 @@ def cepstra(audio: np.ndarray) -> np.ndarray:
     padded = np.pad(sound, (window // 2, window))
     frames = padded[np.arange(count)[:, None] * hop + hop // 2 + np.arange(window)]
     power = np.abs(np.fft.rfft(frames * np.hamming(window), _BINS)) ** 2
+    from scipy.fft import dct  # slow to import
+
     static = dct(np.log(power @ _mel_bands().T + 1e-6), norm="ortho", axis=1)[:, :_CEPSTRA]
     slope = _slope(static)
     features = np.hstack([static, slope, _slope(slope)])

@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import scipy.ndimage
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -175,13 +174,14 @@ def pitch(alignment: Alignment, times: np.ndarray, f0: float = 110.0, seed: int 
 
 def _track(times: np.ndarray, rows: list[tuple[float, float, float]], ramp: float = 0.006) -> np.ndarray:
     """Return a curve (n,) that has each row's value between its times, 0 elsewhere, with ramps of some milliseconds."""
+    from scipy.ndimage import uniform_filter1d  # slow to import, and needed by this voice alone
+
     rate = 1 / (times[1] - times[0]) if len(times) > 1 else 1.0
     curve = np.zeros(len(times))
     for start, end, value in rows:
         curve[_between(times, start, end)] = value
     width = max(int(ramp * rate), 1)
-    return scipy.ndimage.uniform_filter1d(scipy.ndimage.uniform_filter1d(curve, width, mode="constant"), width,
-                                          mode="constant")
+    return uniform_filter1d(uniform_filter1d(curve, width, mode="constant"), width, mode="constant")
 
 
 def _between(times: np.ndarray, start: float, end: float) -> slice:
@@ -317,9 +317,11 @@ def _targets(pieces: list[_Piece]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _formants(pieces: list[_Piece], times: np.ndarray) -> np.ndarray:
+    from scipy.ndimage import gaussian_filter1d
+
     at, values = _targets(pieces)
     curves = np.stack([np.interp(times, at, values[:, k]) for k in range(3)], axis=1)
-    return scipy.ndimage.gaussian_filter1d(curves, 0.009 / _STEP, axis=0, mode="nearest")
+    return gaussian_filter1d(curves, 0.009 / _STEP, axis=0, mode="nearest")
 
 
 def _resonators(frequency: np.ndarray, width: np.ndarray, rate: int) -> np.ndarray:
@@ -340,6 +342,8 @@ def _inverse(sections: np.ndarray) -> np.ndarray:
 
 def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) -> np.ndarray:
     """Return the tract's second-order sections at each time, shape (steps, sections, 6)."""
+    from scipy.ndimage import gaussian_filter1d
+
     formants = _formants(pieces, times) * shift
     open_glottis = np.zeros(len(times), bool)
     for p in pieces:
@@ -353,7 +357,7 @@ def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) 
     for p in pieces:
         if p.sound.zero:
             zero[_between(times, p.start - 0.02, p.end + 0.01)] = p.sound.zero
-    zero = scipy.ndimage.gaussian_filter1d(zero, 0.008 / _STEP, mode="nearest")
+    zero = gaussian_filter1d(zero, 0.008 / _STEP, mode="nearest")
     rows.append(_resonators(np.full(len(times), _NASAL_POLE), np.full(len(times), 100.0), rate))
     rows.append(_inverse(_resonators(zero, np.full(len(times), 100.0), rate)))
     return np.ascontiguousarray(np.stack(rows, axis=1))

@@ -2,33 +2,35 @@
 
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.mesh import Head, packaged_head
-from dnnvss.face.mesh.fitting import Fitted, OnHead
-from dnnvss.face.mesh.tongue import speaking_head
-from dnnvss.face.mesh.turns import Turns
 from dnnvss.face.rig import RigFace
-from dnnvss.render.solid import Solid, whole_head
 from dnnvss.runs.run import Run
+
+if TYPE_CHECKING:  # a head is loaded when one is to be seen
+    from dnnvss.face.mesh import Head
+    from dnnvss.face.mesh.fitting import Fitted, OnHead
 
 HEAD_VIEW = "head"
 """The view that shows the packaged head, of any face that has lips or is a rig of ARKit's curves."""
 
 
-def moves(head: Head, curves: Mapping[str, np.ndarray]) -> bool:
+def moves(head: "Head", curves: Mapping[str, np.ndarray]) -> bool:
     """Whether any of the curves is a shape of a head."""
     return bool({name.lower() for name in curves} & {name.lower() for name in head.names})
 
 
-def on_head(run: Run, head: Head) -> OnHead:
+def on_head(run: Run, head: "Head") -> "OnHead":
     """Where the points of a run's face lie on a head, from the talker at rest.
 
     Raises:
         DnnvssError: the face has no contour of the lips.
     """
+    from dnnvss.face.mesh.fitting import OnHead
+
     rest = np.nan_to_num(run.generator.talker.rest)
     return OnHead.of(head, run.face.contours, run.face.points(rest))
 
@@ -41,9 +43,9 @@ def rig_curves(face: RigFace, parameters: np.ndarray) -> dict[str, np.ndarray]:
 def head_weights(
     run: Run,
     parameters: np.ndarray,
-    head: Head,
+    head: "Head",
     tongue: Mapping[str, np.ndarray] = MappingProxyType({}),
-) -> tuple[np.ndarray, Fitted | None]:
+) -> "tuple[np.ndarray, Fitted | None]":
     """Weights (F, S) of a head's shapes for parameters (F, D), and how well they reach the points where it is a fit.
 
     Args:
@@ -66,6 +68,8 @@ def head_weights(
 def can_show_head(run: Run) -> bool:
     """Whether the packaged head can be moved by a run's parameters."""
     if isinstance(run.face, RigFace):
+        from dnnvss.face.mesh import packaged_head
+
         return moves(packaged_head(), dict.fromkeys(run.face.all_curves, np.zeros(0)))
     return bool({"lips_outer", "lips"} & set(run.face.contours))
 
@@ -87,6 +91,10 @@ def head_pictures(
     Raises:
         DnnvssError: this kind of face cannot move it.
     """
+    from dnnvss.face.mesh.tongue import speaking_head
+    from dnnvss.face.mesh.turns import Turns
+    from dnnvss.render.solid import Solid, whole_head
+
     head = speaking_head()
     if not can_show_head(run):
         raise DnnvssError(

@@ -8,7 +8,6 @@ import numpy as np
 
 from dnnvss.phones import SILENCES
 from dnnvss.phones.contexts import triphones
-from dnnvss.speech.align import DOUBTFUL
 from dnnvss.style.keys import Key
 from dnnvss.style.within import Reach
 from dnnvss.timing import Alignment, FrameClock
@@ -51,6 +50,10 @@ def word_risks(report: Sequence[Mapping[str, str]], scores: Sequence[float] = ()
     for row, risks in zip(report, found, strict=True):
         if row["source"] == "network":
             risks.append({"kind": "unknown word", "word": row["spoken"], "phones": row["phones"]})
+    if not scores:
+        return found
+    from dnnvss.speech.align import DOUBTFUL  # which loads the aligner
+
     for row, risks, score in zip(report, found, scores, strict=False):
         if score < DOUBTFUL:
             risks.append({"kind": "weak alignment", "word": row["spoken"], "score": round(score, 1)})

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.face.mesh.tongue import tongue_curves
 from dnnvss.life import Moves
 from dnnvss.render import Footage, revoicer, walk
 from dnnvss.render.living import LivingPicture
@@ -65,6 +64,8 @@ class Stage:
 
     def _view(self, name: str, parameters: np.ndarray, moves: Moves | None) -> Iterator[np.ndarray]:
         if name == HEAD_VIEW:
+            from dnnvss.face.mesh.tongue import tongue_curves
+
             tongue = tongue_curves(self.phones, self.clock, len(parameters)) if self.phones else {}
             return head_pictures(self.run, parameters, self.pictures.size[1], tongue)
         pictures = self.pictures.view(name, parameters)

@@ -73,8 +73,8 @@ class Layers:
             return None
         rest = [(weights[f"rest.{3 * k + 2}.weight"].T, weights[f"rest.{3 * k + 2}.bias"])
                 for k in range(len(sizes) - 1)]
-        first = (weights[f"first.{name}"] for name in ("weight", "numeric_weight", "bias"))
-        return cls(*first, tuple(rest), settings.activation)
+        columns, numbers, bias = (weights[f"first.{name}"] for name in ("weight", "numeric_weight", "bias"))
+        return cls(columns, numbers, bias, tuple(rest), settings.activation)
 
     def __call__(self, active: np.ndarray, numeric: np.ndarray) -> np.ndarray:
         """Return the outputs (T, out), float32, of neighbouring frames.

@@ -14,6 +14,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SPOKEN, VOWELS, strip_stress
 from dnnvss.text import derive, network
+from dnnvss.text.sorted_lines import SortedLines
 from dnnvss.text.variants import VARIANTS, british
 
 Phones = tuple[str, ...]
@@ -44,7 +45,7 @@ class Entry(NamedTuple):
 
 
 @lru_cache(maxsize=1)
-def dictionary() -> dict[str, str]:
+def dictionary() -> Mapping[str, str]:
     """Return the CMU dictionary: word (or ``word(2)`` for a second pronunciation) to phones, both as written there.
 
     Raises:
@@ -55,8 +56,7 @@ def dictionary() -> dict[str, str]:
     if spec is None or not spec.submodule_search_locations:
         raise DnnvssError("the package pocketsphinx, which holds the lexicon, is not installed", remedy=remedy)
     path = Path(spec.submodule_search_locations[0]) / "model" / "en-us" / "cmudict-en-us.dict"
-    lines = files.read(path, lambda p: p.read_text(encoding="utf-8").splitlines(), remedy)
-    return dict(line.split(" ", 1) for line in lines if " " in line)  # type: ignore[misc]
+    return SortedLines(files.read(path, lambda p: p.read_text(encoding="utf-8"), remedy))
 
 
 def looked_up(word: str) -> list[Phones]:

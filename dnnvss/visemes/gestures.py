@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES
@@ -136,6 +135,8 @@ def _velocity(trajectory: np.ndarray, clock: FrameClock, settings: GestureSettin
     kept = trajectory[:, : settings.coefficients or None].astype(float)
     if len(kept) < 2:
         return np.zeros_like(kept)
+    from scipy.ndimage import gaussian_filter1d  # slow to import, and synthesis needs none of it
+
     sigma = settings.smoothing * float(clock.rate)
     smooth = gaussian_filter1d(kept, sigma, axis=0, mode="nearest") if sigma > 0 else kept
     return np.gradient(smooth, axis=0) * float(clock.rate)

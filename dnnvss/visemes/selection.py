@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import logsumexp
 
 from dnnvss.errors import DnnvssError
 from dnnvss.timing import FrameClock
@@ -79,6 +78,8 @@ def _held_out(visemes: Visemes, kept: Sequence[Movement], held: Sequence[Movemen
     used = np.flatnonzero(counts)
     means = np.stack([known[units == u].mean(axis=0) for u in used])
     inside = known - means[np.searchsorted(used, units)]
+    from scipy.special import logsumexp  # slow to import, and synthesis needs none of it
+
     ridge = _RIDGE * np.diag(known.var(axis=0))
     root = np.linalg.cholesky(inside.T @ inside / len(inside) + ridge)
     distances = ((np.linalg.solve(root, (new[:, None] - means[None]).reshape(-1, new.shape[1]).T)) ** 2).sum(0)

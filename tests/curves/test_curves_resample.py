@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from dnnvss import DnnvssError
 from dnnvss.curves import resample
@@ -59,3 +60,12 @@ def test_empty_and_nan_are_refused():
     for bad in (np.zeros((0, 2)), np.array([[np.nan], [1.0]])):
         with pytest.raises(DnnvssError, match="empty or not finite"):
             resample(bad, FrameClock(25), FrameClock(100))
+
+
+@pytest.mark.parametrize("frames", [2, 3, 4, 5, 6, 40, 700])
+def test_the_spline_is_the_one_of_scipy(frames):
+    x = np.random.default_rng(frames).normal(size=(frames, 2, 3))
+    source, target = FrameClock(100), FrameClock(30)
+    out = resample(x, source, target, count=3 * frames // 10 + 1)
+    at = np.clip(target.centres(len(out)) * 100 - 0.5, 0, frames - 1)
+    np.testing.assert_allclose(out, CubicSpline(np.arange(frames), x, axis=0)(at), atol=1e-12)

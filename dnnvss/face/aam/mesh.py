@@ -7,7 +7,6 @@ from functools import cached_property
 import cv2
 import numpy as np
 import scipy.sparse
-from scipy.spatial import Delaunay
 
 from dnnvss.errors import DnnvssError
 
@@ -22,6 +21,8 @@ def triangulate(points: np.ndarray) -> np.ndarray:
     A triangle goes from the rim if its area is under a fiftieth of its longest side squared and its third point lies
     inside; what is left has no hole, and its rim passes each point once.
     """
+    from scipy.spatial import Delaunay  # slow to import, and needed where a face is fitted
+
     triangles = Delaunay(points).simplices
     area = signed_area(points, triangles)
     triangles = np.where((area < 0)[:, None], triangles[:, ::-1], triangles)

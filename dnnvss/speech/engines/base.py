@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-import scipy.io.wavfile
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -105,7 +104,9 @@ def read_wav(path: Path, engine: str) -> tuple[np.ndarray, int]:
     Raises:
         DnnvssError: it wrote none, or an empty one.
     """
-    rate, samples = files.read(path, scipy.io.wavfile.read, f"The engine {engine} wrote no sound; choose another one")
+    from scipy.io import wavfile  # slow to import, and needed by programs that speak alone
+
+    rate, samples = files.read(path, wavfile.read, f"The engine {engine} wrote no sound; choose another one")
     if samples.dtype != np.int16 or not samples.size:
         raise DnnvssError(f"the speech engine {engine} wrote {samples.size} samples of {samples.dtype}",
                           remedy="Choose another engine, e.g. speech.engine=formant")
