@@ -15,7 +15,8 @@ from dnnvss.runs.naming import foreign, hash_of, named, what_counts
 from dnnvss.runs.run import make_model
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.talkers import TalkersIndex
-from dnnvss.systems import NetworkModel, VisualModel
+from dnnvss.systems import VisualModel
+from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.talkers import TalkersFit
 
 _NAMED = 4

@@ -9,9 +9,9 @@ import torch
 from conftest import CLOCK, TABLE, make_example, of_layers
 
 from dnnvss.features import CodeStore
-from dnnvss.systems import Example, NetworkModel
+from dnnvss.systems import Example
 from dnnvss.systems.frame_network import NetworkPlan
-from dnnvss.systems.network import NetworkSettings
+from dnnvss.systems.network import NetworkModel, NetworkSettings
 from dnnvss.systems.talkers import TalkerCodes, TalkersFit, TalkersNetwork, repeats
 from dnnvss.training.settings import FitSettings
 
