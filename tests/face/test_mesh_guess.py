@@ -8,7 +8,7 @@ from face.mesh_cases import foreign_head, write_obj
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.mesh import Head, Mesh, packaged_head
-from dnnvss.face.mesh.guess import faults, guess_points, turned, turns, upright
+from dnnvss.face.mesh.guess import best_turn, faults, guess_points, turned, turns, upright
 from dnnvss.face.mesh.net import packaged_net
 from dnnvss.face.mesh.other import open_head
 
@@ -109,3 +109,23 @@ def test_a_mesh_that_stands_upright_is_not_turned(tmp_path: Path) -> None:
     head, said = open_head(write_obj(tmp_path / "same.obj", HEAD))
     assert "turned" not in said
     np.testing.assert_allclose(head.mesh.vertices, HEAD.mesh.vertices, atol=1e-6)
+
+
+@pytest.mark.parametrize("turn", [np.eye(3), UPRIGHT.T])
+def test_a_mask_without_the_back_of_the_head_is_found(turn: np.ndarray) -> None:
+    v = HEAD.mesh.vertices
+    inside = (v[:, 2] > 0.02) & (np.abs(v[:, 1] + 0.01) < 0.09) & (np.abs(v[:, 0]) < 0.075)
+    skin = [k for k, part in enumerate(HEAD.mesh.parts) if part in ("skin", "lips", "brow")]
+    faces = HEAD.mesh.faces[inside[HEAD.mesh.faces].all(axis=1) & np.isin(HEAD.mesh.part_of, skin)]
+    used, corners = np.unique(faces, return_inverse=True)
+    places = (100 * v * [1.05, 1, 0.95] + 0.3 * np.sin(40 * v[:, [1, 2, 0]])) @ turn.T
+    mask = Mesh(places[used], corners.reshape(-1, 4))
+    away = np.sqrt(((guess_points(mask) - NET.at(places)) ** 2).sum(axis=1))
+    assert away[LIPS].mean() < 0.15 and away[LIPS].max() < 0.4  # centimetres
+
+
+def test_a_mesh_without_a_head_is_left_as_it_stands() -> None:
+    egg = HEAD.mesh.vertices / np.linalg.norm(HEAD.mesh.vertices, axis=1, keepdims=True) * [0.7, 1, 0.9]
+    turn, found = best_turn(Mesh(egg, HEAD.mesh.faces))
+    assert not found.fits
+    np.testing.assert_array_equal(turn, np.eye(3))

@@ -31,9 +31,9 @@ REMEDY = (
 )
 _ROUNDS, _KEPT, _FACING = 40, 0.7, 0.5
 """Rounds of the search for the head in a mesh, the share of points that count, how alike normals are."""
-_FAR, _FITS, _SURE = 0.03, 0.62, 0.75
-"""Share of the head's height by which a point may miss the mesh, the share of points that may not, and that of which
-no other way to stand is tried."""
+_FAR, _FITS, _MASK, _SURE = 0.03, 0.62, 0.7, 0.75
+"""Share of the head's height by which a point may miss the mesh, the share of points that may not, that of a mask's
+(eggs and animals have .65 of them), and that of which no other way to stand is tried."""
 _STIFF = (10.0,) * 4 + (3.0,) * 4 + (1.0,) * 6
 """How stiff the warp is in each of its rounds."""
 _STOOD = 2e-4
@@ -63,13 +63,14 @@ class _Target:
 
 @dataclass(frozen=True)
 class _Similarity:
-    """A turn, a size and two middles; and the share of points that it brings near the mesh."""
+    """A turn, a size and two middles; the share of points that it brings near the mesh, and whether that is enough."""
 
     turn: np.ndarray
     size: float
     origin: np.ndarray
     end: np.ndarray
     share: float = 0.0
+    fits: bool = False
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         return (points - self.origin) @ self.turn.T * self.size + self.end
@@ -105,7 +106,7 @@ def guess_points(mesh: Mesh) -> np.ndarray:
         DnnvssError: no head is found in it.
     """
     best, found = best_turn(mesh)
-    if found.share < _FITS:
+    if not found.fits:
         raise DnnvssError(
             f"the head fits this mesh at {found.share:.0%} of its points", remedy=REMEDY
         )
@@ -123,23 +124,41 @@ def turned(mesh: Mesh, turn: np.ndarray) -> Mesh:
 
 
 def best_turn(mesh: Mesh) -> tuple[np.ndarray, "_Similarity"]:
-    """The turn (3, 3) that brings a mesh upright where it is a head, and how the packaged head is laid onto it."""
-    target, best = _Target.of(mesh), None
-    for turn in turns():
-        found = _laid(target, turn)
-        if best is None or found.share > best.share:
-            best = found
-        if best.share > _SURE:
+    """The turn (3, 3) that brings a mesh upright where it is a head, and how the packaged head is laid onto it.
+
+    A mesh in which no head is found is left as it stands.
+    """
+    target, net, best = _Target.of(mesh), packaged_net(), None
+    face = np.array([k for k, name in enumerate(net.names) if not name.startswith("skin")])
+    whole = packaged_head().mesh.vertices
+    extents = ((whole, np.arange(len(net.names)), _FITS), (net.at(whole)[face], face, _MASK))
+    for extent, points, enough in extents:
+        for turn in turns():
+            found = _laid(target, turn, extent, points)
+            found = replace(found, fits=found.share >= enough)
+            if best is None or (found.fits, found.share) > (best.fits, best.share):
+                best = found
+            if best.fits and best.share > _SURE:
+                break
+        assert best is not None
+        if best.fits:
             break
-    assert best is not None
-    return _snapped(best.turn), best
+    return (_snapped(best.turn) if best.fits else np.eye(3)), best
 
 
-def _laid(target: _Target, turn: np.ndarray) -> _Similarity:
-    """The head laid onto a mesh by a similarity, from a turn on; its share is 0 where it finds nothing near."""
+def _laid(target: _Target, turn: np.ndarray, extent: np.ndarray, points: np.ndarray) -> _Similarity:
+    """The head laid onto a mesh by a similarity, from a turn on; its share is 0 where it finds nothing near.
+
+    Args:
+        target: what it is laid onto.
+        turn: (3, 3).
+        extent: places (n, 3) of the head that the mesh reaches to: all of it, or those of a mask.
+        points: the control points (m,) that the mesh has.
+    """
     net, head = packaged_net(), packaged_head()
-    source, normals = head.mesh.vertices[net.vertices], head.mesh.normals()[net.vertices]
-    whole = head.mesh.vertices @ turn.T
+    rows = net.vertices[points]
+    source, normals = head.mesh.vertices[rows], head.mesh.normals()[rows]
+    whole = extent @ turn.T
     up = int(np.abs(turn[:, 1]).argmax())
     size = float(np.ptp(target.vertices[:, up]) / np.ptp(whole[:, up])) or 1.0
     ends = [(v.min(axis=0) + v.max(axis=0)) / 2 for v in (target.vertices, whole)]
