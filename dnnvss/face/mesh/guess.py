@@ -128,22 +128,23 @@ def best_turn(mesh: Mesh) -> tuple[np.ndarray, "_Similarity"]:
 
     A mesh in which no head is found is left as it stands.
     """
-    target, net, best = _Target.of(mesh), packaged_net(), None
-    face = np.array([k for k, name in enumerate(net.names) if not name.startswith("skin")])
-    whole = packaged_head().mesh.vertices
-    extents = ((whole, np.arange(len(net.names)), _FITS), (net.at(whole)[face], face, _MASK))
-    for extent, points, enough in extents:
-        for turn in turns():
-            found = _laid(target, turn, extent, points)
-            found = replace(found, fits=found.share >= enough)
-            if best is None or (found.fits, found.share) > (best.fits, best.share):
-                best = found
-            if best.fits and best.share > _SURE:
-                break
-        assert best is not None
-        if best.fits:
-            break
+    target, net, whole = _Target.of(mesh), packaged_net(), packaged_head().mesh.vertices
+    best = _best(target, whole, np.arange(len(net.names)), _FITS)
+    if not best.fits:
+        face = np.array([k for k, name in enumerate(net.names) if not name.startswith("skin")])
+        mask = _best(target, net.at(whole)[face], face, _MASK)
+        best = mask if mask.fits or mask.share > best.share else best
     return (_snapped(best.turn) if best.fits else np.eye(3)), best
+
+
+def _best(target: _Target, extent: np.ndarray, points: np.ndarray, enough: float) -> _Similarity:
+    """The best that :func:`_laid` finds from any turn; it fits where its share is ``enough``."""
+    best = _laid(target, turns()[0], extent, points)
+    for turn in turns()[1:]:
+        if best.share > _SURE:
+            break
+        best = max(best, _laid(target, turn, extent, points), key=lambda found: found.share)
+    return replace(best, fits=best.share >= enough)
 
 
 def _laid(target: _Target, turn: np.ndarray, extent: np.ndarray, points: np.ndarray) -> _Similarity:
