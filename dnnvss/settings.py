@@ -185,7 +185,7 @@ def _read(kind: Any, value: Any, name: str, checks: Checks) -> Any:
     """The value as its annotation wants it."""
     if kind is Any:
         return value
-    origin, arguments = get_origin(kind), get_args(kind)
+    origin, arguments = _parts(kind)
     if origin in (Union, types.UnionType):
         return _read_union(kind, value, name, checks)
     if origin is Literal:
@@ -203,8 +203,14 @@ def _read(kind: Any, value: Any, name: str, checks: Checks) -> Any:
     return _read_leaf(kind, value, name, checks)
 
 
+@cache
+def _parts(kind: Any) -> tuple[Any, tuple[Any, ...]]:
+    """Origin and arguments of an annotation."""
+    return get_origin(kind), get_args(kind)
+
+
 def _read_leaf(kind: Any, value: Any, name: str, checks: Checks) -> Any:
-    if not _fits(get_origin(kind) or kind, value) or (isinstance(value, str) and "\0" in value):
+    if not _fits(_parts(kind)[0] or kind, value) or (isinstance(value, str) and "\0" in value):
         _refuse(name, value, kind, checks)
     if kind in (int, float):
         if isinstance(value, Integral) and abs(int(value)) > _LARGEST:
@@ -230,6 +236,8 @@ _HOME = tuple(f"~{separator}" for separator in {"/", os.sep})
 
 
 def _fits(kind: Any, value: Any) -> bool:
+    if type(value) is kind:
+        return True
     if kind in (int, float):
         return isinstance(value, Integral if kind is int else Real) and not isinstance(value, bool)
     if kind is Path:  # an empty one, such as a variable of a shell that is not set, would be the working directory
@@ -332,7 +340,10 @@ def _expected(kind: Any, checks: Checks) -> str:
 
 
 def _checks(field: dataclasses.Field) -> Checks:
-    return field.metadata.get("checks", Checks())
+    return field.metadata.get("checks", _NO_CHECKS)
+
+
+_NO_CHECKS = Checks()
 
 
 def _join(where: str, name: str) -> str:

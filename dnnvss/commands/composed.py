@@ -47,7 +47,9 @@ def plain_settings(config: DictConfig) -> dict[str, Any]:
     Raises:
         UsageError: a value refers to a setting that there is not.
     """
-    own = OmegaConf.masked_copy(config, [str(key) for key in config if key != "hydra"])
+    own = config
+    if "hydra" in config:
+        own = OmegaConf.masked_copy(config, [str(key) for key in config if key != "hydra"])
     try:
         plain: Any = OmegaConf.to_container(own, resolve=True)
     except OmegaConfBaseException as error:

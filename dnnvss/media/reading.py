@@ -9,6 +9,7 @@ from typing import Any
 
 import av
 import numpy as np
+from av.video.reformatter import VideoReformatter
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -84,7 +85,9 @@ def read_video(path: str | Path) -> np.ndarray:
     def decode(p: Path) -> np.ndarray:
         with opened(p) as container:
             _pictured(container, p)
-            frames = [look.upright(frame.to_ndarray(format="rgb24")) for _, frame, look in decoded(container)]
+            scaler = VideoReformatter()  # one for all frames: each would make its own
+            frames = [look.upright(scaler.reformat(frame, format="rgb24").to_ndarray())
+                      for _, frame, look in decoded(container)]
         if not frames:
             raise DnnvssError("holds no frame", file=p, remedy=_REMEDY)
         return np.stack(frames)
@@ -113,12 +116,12 @@ def timed_frames(path: str | Path, size: tuple[int, int] | None = None,
     form = "gray" if grey else "rgb24"
     with container:
         _pictured(container, Path(path))
-        count = 0
+        scaler, count = VideoReformatter(), 0
         try:
             for time, frame, look in decoded(container):
                 count += 1
                 width, height = look.shown_size(*size) if size else (None, None)
-                yield time, look.upright(frame.to_ndarray(format=form, width=width, height=height))
+                yield time, look.upright(scaler.reformat(frame, width, height, form).to_ndarray())
         except av.FFmpegError as error:
             if (short := shortage_of(error, path)) is not None:
                 raise short from error

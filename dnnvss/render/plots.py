@@ -146,8 +146,8 @@ def _within(clock: FrameClock, values: np.ndarray, span: tuple[float, float]) ->
 
 def _edges(axes: Any, phones: Tier, span: tuple[float, float], colour: str) -> None:
     edges = phones.edges[(phones.edges >= span[0]) & (phones.edges <= span[1])]
-    for edge in edges if len(edges) <= _CROWD else ():
-        axes.axvline(edge, color=colour, linewidth=0.6, zorder=0)
+    if len(edges) <= _CROWD:
+        axes.vlines(edges, 0, 1, color=colour, linewidth=0.6, zorder=0, transform=axes.get_xaxis_transform())
 
 
 def _labels(axes: Any, phones: Tier, span: tuple[float, float]) -> None:
@@ -230,6 +230,9 @@ def save_figure(figure: Any, path: str | Path) -> Path:
     known = figure.canvas.get_supported_filetypes()
     if Path(path).suffix.lower().removeprefix(".") not in known:
         raise DnnvssError("a picture cannot be written under this name", file=path, remedy="Name it .png, .pdf or .svg")
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
+        figure.set_layout_engine("none")  # else all is drawn once more for it
     with files.replacing(path) as temporary:
         figure.savefig(temporary)
     return Path(path)

@@ -26,8 +26,8 @@ def test_trajectories_boundaries_and_labels_are_drawn(tmp_path: Path, monkeypatc
     assert curves["reference"] == pytest.approx(np.column_stack([(np.arange(25) + 0.5) / 25, reference]))
     assert len(curves["predicted"]) == 50
     assert [t.get_text() for t in axes.texts] == ["sil", "B", "IY", "sil"]
-    edges = [line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2]
-    assert edges == [0, 0.2, 0.35, 0.6, 1.0]
+    edges, = axes.collections
+    assert [line.tolist() for line in edges.get_segments()] == [[[x, 0], [x, 1]] for x in (0, 0.2, 0.35, 0.6, 1.0)]
     assert cv2.imread(str(path)).std() > 5
 
 

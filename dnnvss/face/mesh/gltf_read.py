@@ -103,12 +103,12 @@ class _Reader:
         self.vertices = self.corners = 0
 
     def head(self) -> Head:
-        nodes, pieces = self._nodes(), []
-        for index, place in nodes:
-            mesh = self._item("meshes", index)
-            for primitive in mesh["primitives"]:
-                if primitive.get("mode", 4) == 4:
-                    pieces.append(self._piece(mesh, primitive, place))
+        meshes = [(self._item("meshes", index), place) for index, place in self._nodes()]
+        found = [(mesh, primitive, place) for mesh, place in meshes for primitive in mesh["primitives"]
+                 if primitive.get("mode", 4) == 4]
+        counts = [self._item("accessors", each["attributes"]["POSITION"])["count"] for _, each, _ in found]
+        check_size(sum(counts))  # told before a vertex is read
+        pieces = [self._piece(*each) for each in found]
         if not pieces:
             raise DnnvssError("holds no mesh of triangles", file=self.path, remedy=_REMEDY)
         self._check_shapes(len({name for piece in pieces for name in piece.names}))
