@@ -2,15 +2,13 @@
 
 import errno
 import os
-import subprocess
+import runpy
 import sys
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
 
 import pytest
-from conftest import ROOT, run_command
-from hydra import compose, initialize_config_dir
+from conftest import ROOT, composed, run_command
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -27,8 +25,7 @@ def heard(command: SettingsCommand, key: str, text: str) -> Iterator[str]:
     """What hydra, and what our own composer, make of a text given for a setting."""
     given = parse_arguments(command, [f"{key}={text}"])
     found = []
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        found.append(compose(command.config, given.for_hydra()))
+    found.append(composed(command.config, *given.for_hydra()))
     if command is not train.COMMAND:
         found.append(without_hydra(given))
     for config in found:
@@ -188,14 +185,21 @@ def test_ctrl_c_ends_every_command_alike(words: list[str], monkeypatch: pytest.M
     ("dnnvss.pipeline.face_figures", "face-figures"), ("dnnvss.pipeline.picture_book", "units"),
     ("dnnvss.pipeline.visemes", "visemes"), ("dnnvss.labels", "features"), ("dnnvss.evaluation", "compare"),
     ("dnnvss.export", "export")])
-def test_old_names_of_commands_say_what_replaced_them(module: str, command: str) -> None:
-    done = subprocess.run([sys.executable, "-m", module, "a b", "--out", "x"], capture_output=True, text=True,
-                          cwd=ROOT, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)})
-    assert done.returncode == 2 and f"is now: dnnvss {command} 'a b' --out x" in done.stderr
+def test_old_names_of_commands_say_what_replaced_them(module: str, command: str, monkeypatch: pytest.MonkeyPatch,
+                                                      capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", [module, "a b", "--out", "x"])
+    with pytest.raises(SystemExit, match="2"):
+        runpy.run_module(module, run_name="__main__")
+    assert f"is now: dnnvss {command} 'a b' --out x" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("program", [["train.py"], ["synth.py"], ["-m", "data_prep"], ["-m", "dnnvss", "speak"]])
-def test_all_doors_lead_to_the_same_entry(program: list[str], tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, *program, "--verbose"], capture_output=True, text=True, cwd=ROOT,
-                          check=False, env={**os.environ, "PYTHONPATH": str(ROOT)})
-    assert done.returncode == 2 and done.stderr.startswith("error: --verbose is no option of ")
+@pytest.mark.parametrize("program", [["train.py"], ["synth.py"], ["data_prep"], ["dnnvss", "speak"]])
+def test_all_doors_lead_to_the_same_entry(program: list[str], monkeypatch: pytest.MonkeyPatch,
+                                          capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", [*program, "--verbose"])
+    with pytest.raises(SystemExit, match="2"):
+        if program[0].endswith(".py"):
+            runpy.run_path(str(ROOT / program[0]), run_name="__main__")
+        else:
+            runpy.run_module(program[0], run_name="__main__")
+    assert capsys.readouterr().err.startswith("error: --verbose is no option of ")

@@ -4,8 +4,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import ROOT, composed
 from omegaconf import OmegaConf
 
 from dnnvss.commands.train_settings import run_settings
@@ -37,24 +36,22 @@ def _split(values: str) -> list[str]:
     return parts
 
 
-def composed(*given: str) -> RunSettings:
-    return run_settings(compose("train", list(given)))
+def chosen(*given: str) -> RunSettings:
+    return run_settings(composed("train", *given))
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
     swept = _swept(CONF / "experiment" / f"{name}.yaml")
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        for values in product(*swept.values()):
-            chosen = [f"{key}={value}" for key, value in zip(swept, values, strict=True)]
-            settings = composed(f"experiment={name}", *chosen)
-            assert make_model(settings, settings.task).table is settings.task.table
+    for values in product(*swept.values()):
+        own = [f"{key}={value}" for key, value in zip(swept, values, strict=True)]
+        settings = chosen(f"experiment={name}", *own)
+        assert make_model(settings, settings.task).table is settings.task.table
 
 
 @pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "preset").glob("*.yaml")))
 def test_a_preset_is_a_system_with_labels_that_it_reads(name: str) -> None:
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        settings = composed(f"preset={name}")
+    settings = chosen(f"preset={name}")
     assert make_model(settings, settings.task).reads >= settings.task.table.needs & {"sound", "visemes"}
     cls, _ = read_system(settings.model_name, settings.model)
     heard = name.startswith(("cca", "clusters", "segments", "voice"))
@@ -65,14 +62,13 @@ def test_a_preset_is_a_system_with_labels_that_it_reads(name: str) -> None:
 @pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
                                             ("model.members=0", "model.members=0 is too little")])
 def test_a_setting_that_the_model_refuses_is_named_as_it_stands(wrong: str, message: str) -> None:
-    with initialize_config_dir(str(CONF), version_base="1.3"), pytest.raises(DnnvssError, match=message):
-        composed("model=feedforward", wrong)
+    with pytest.raises(DnnvssError, match=message):
+        chosen("model=feedforward", wrong)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_model_that_does_not_look_at_dynamic_visemes_refuses_them(model: str) -> None:
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        settings = composed(f"model={model}", "labels=ph_dv")
+    settings = chosen(f"model={model}", "labels=ph_dv")
     if "visemes" in read_system(model, settings.model)[0].reads:
         assert make_model(settings, settings.task).table is settings.task.table
     else:

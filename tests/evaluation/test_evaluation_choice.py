@@ -6,8 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import CLOCK, ROOT, TABLE
-from hydra import compose, initialize_config_dir
+from conftest import CLOCK, TABLE, composed
 from omegaconf import OmegaConf
 
 from dnnvss.commands.train_settings import run_settings
@@ -27,8 +26,7 @@ TASK = Task(TABLE, CLOCK, STATIC_DELTA_DELTA2)
 
 
 def configured(*given: str) -> RunSettings:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return run_settings(compose("train", ["labels=ph_d", *given]))
+    return run_settings(composed("train", "labels=ph_d", *given))
 
 
 def auto(**changes: object) -> AutoSettings:

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import CHROMIUM, open_browser
-from conftest import ROOT, run_command
+from conftest import composed, run_command
 from face.aam_cases import CONFIG, clip_arrays, corpus
-from hydra import compose, initialize_config_dir
 
 from dnnvss import DnnvssError, files
 from dnnvss.archives import read_arrays
@@ -55,8 +54,7 @@ def run(tmp_path_factory):
               "valid": {i: np.ones(len(x), bool) for i, x in reference.items()}}
     for kind, values in arrays.items():
         files.write_arrays(folder / "predictions" / f"{kind}.npz", **values)
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        run_settings(compose("train", ["model=feedforward", f"corpus.out={tmp_path}/corpus"])).write(folder)
+    run_settings(composed("train", "model=feedforward", f"corpus.out={tmp_path}/corpus")).write(folder)
     files.write_json(folder / "run.json", {"corpus": data.fingerprint})
     return folder
 

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from conftest import ROOT, make_example
+from conftest import composed, make_example
 from face.aam_cases import CONFIG, GROUPS
 from face.aam_cases import clip as toy_clip
 from face.points_cases import GROUPS as POINT_GROUPS
 from face.points_cases import SETTINGS, clips
 from fuzz.inputs_motion import motion
-from hydra import compose, initialize_config_dir
 
 from dnnvss import __version__, files
 from dnnvss.commands.train_settings import run_settings
@@ -224,8 +223,7 @@ def _faces(folder: Path) -> dict[str, Input]:
 
 
 def _run(folder: Path) -> dict[str, Input]:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        settings = run_settings(compose("train", ["model=phone_mean", "labels=ph_d", "corpus.out=data/demo"]))
+    settings = run_settings(composed("train", "model=phone_mean", "labels=ph_d", "corpus.out=data/demo"))
     settings.write(folder)
     places = RunFiles(folder)
     rng = np.random.default_rng(0)

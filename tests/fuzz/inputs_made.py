@@ -12,9 +12,8 @@ from typing import Any
 import kills
 import kills_made
 import numpy as np
-from conftest import make_example, run_command
+from conftest import composed, make_example, run_command
 from fuzz.inputs import Input
-from hydra import compose, initialize_config_dir
 
 from data_prep.folder import prepare_folder
 from data_prep.splits import read_splits
@@ -190,10 +189,9 @@ def _systems(folder: Path) -> dict[str, Made]:
     examples, kernel = [make_example(f"e{i}", rng) for i in range(5)], dict[str, Any]()
     names = {path.stem for path in (kills.ROOT / "conf" / "model").glob("*.yaml")} - {"auto", "adapted"}
     for name in [*sorted(names), "adapted"]:  # which learns from another
-        with initialize_config_dir(str(kills.ROOT / "conf"), version_base="1.3"):
-            given = [f"model={name}", "corpus.out=data", "labels.blocks=[centre_phone,phone_context,phone_span]",
-                     *(q for q in kills.QUICK if q.startswith("trainer")), "trainer.batch_size=32"]
-            settings = run_settings(compose("train", given))
+        given = [f"model={name}", "corpus.out=data", "labels.blocks=[centre_phone,phone_context,phone_span]",
+                 *(q for q in kills.QUICK if q.startswith("trainer")), "trainer.batch_size=32"]
+        settings = run_settings(composed("train", *given))
         if name == "adapted":
             source = RunFiles(folder / "kernel").model
             known = {"checkpoint": str(source), "digest": files.digest(source), "model": kernel}

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from conftest import ROOT, make_example
+from conftest import composed, make_example
 from fuzz.inputs import Input, all_inputs
 from fuzz.test_fuzz import tried
-from hydra import compose, initialize_config_dir
 
 from data_prep.stages import FOLDER, Workshop, _digest, fingerprint
 from dnnvss import files
@@ -78,11 +77,10 @@ def _refused(kind: Input, write: Callable[[Path], Any]) -> None:
 def network(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunSettings, dict[str, Any]]:
     """A small network in a file, the settings of its run, and what the file holds."""
     folder = tmp_path_factory.mktemp("network")
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        settings = run_settings(compose("train", [
-            "model=feedforward", "model.network.hidden=[8]", "corpus.out=data", "trainer.epochs=1",
-            "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
-            "labels.blocks=[centre_phone,phone_context,phone_span]"]))
+    settings = run_settings(composed(
+        "train", "model=feedforward", "model.network.hidden=[8]", "corpus.out=data", "trainer.epochs=1",
+        "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
+        "labels.blocks=[centre_phone,phone_context,phone_span]"))
     model = make_model(settings, settings.task)
     rng = np.random.default_rng(0)
     examples = [make_example(f"e{i}", rng) for i in range(4)]

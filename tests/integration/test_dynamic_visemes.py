@@ -6,8 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import composed
 from omegaconf import DictConfig
 
 from dnnvss import files
@@ -27,8 +26,7 @@ FAST = ["model=feedforward", "trainer.epochs=2",
 
 
 def configure(name: str, *overrides: str) -> DictConfig:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return compose(name, list(overrides))
+    return composed(name, *overrides)
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import composed
 
 from data_prep.demo import prepare_demo
 from dnnvss import files
@@ -21,8 +20,7 @@ FEW = [f"~model.candidates.{name}" for name in ("codebook", "hsmm", "ensemble", 
 
 
 def trained(run: Path, corpus: Path, *given: str) -> Path:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        train(compose("train", [f"corpus.out={corpus}", f"run={run}", *QUICK, *given]))
+    train(composed("train", f"corpus.out={corpus}", f"run={run}", *QUICK, *given))
     return run
 
 

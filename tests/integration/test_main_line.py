@@ -3,16 +3,13 @@
 import json
 import pickle
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import ROOT, run_command
-from hydra import compose, initialize_config_dir
+from conftest import composed, run_command
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
@@ -47,8 +44,7 @@ FAST = ["model=feedforward", "model.network.hidden=[32]", "trainer.epochs=2", *Q
 
 
 def configure(name: str, *overrides: str) -> DictConfig:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return compose(name, list(overrides))
+    return composed(name, *overrides)
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +137,13 @@ def test_a_system_that_is_no_network_is_bundled_with_what_it_learnt(home: Path, 
     assert np.array_equal(ours.trajectory, theirs.trajectory) and ours.plan == theirs.plan
     with pytest.raises(DnnvssError, match="is a bundle already"):
         write_bundle(bundle, tmp_path / "again")
+
+
+def test_a_bundle_does_not_replace_what_is_none(home: Path, tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(DnnvssError, match="not a bundle"):
+        write_bundle(Run.open(home / "runs" / "ph"), tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["notes.txt"]
 
 
 def test_speaking_reads_prints_and_writes_nothing(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -487,18 +490,19 @@ def test_unseen_phone_gets_its_neighbour() -> None:
     assert replace_unseen(paused, ["AA", "M"])[0] == paused
 
 
-def test_commands_print_one_line_for_a_mistake(home: Path, tmp_path: Path) -> None:
-    for program, arguments in (("train.py", ["corpus.out=nowhere"]), ("synth.py", ["runs=nowhere", "text=a, b: c"])):
-        command = [sys.executable, ROOT / program, *arguments]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-        assert done.returncode == 1 and done.stderr.startswith("error: nowhere") and done.stderr.count("\n") == 1
+def test_commands_print_one_line_for_a_mistake(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                               capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    for words in (["train", "corpus.out=nowhere"], ["speak", "runs=nowhere", "text=a, b: c"]):
+        assert run_command(*words) == 1
+        told = capsys.readouterr().err
+        assert told.startswith("error: nowhere") and told.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_an_experiment_may_be_written_with_a_plus() -> None:
-    command = [sys.executable, ROOT / "train.py", "+experiment=paper", "--cfg", "job"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == 0 and "3000" in done.stdout
+def test_an_experiment_may_be_written_with_a_plus(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command("train", "+experiment=paper", "--cfg", "job") == 0
+    assert "3000" in capsys.readouterr().out
 
 
 def test_a_sweep_ends_with_one_table_and_one_video(home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import composed
 from omegaconf import DictConfig
 
 from data_prep.folder import prepare_folder
@@ -27,8 +26,7 @@ SAYS = "Skin, teeth, tongue and light are not shown"
 
 
 def configure(name: str, *overrides: str) -> DictConfig:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return compose(name, list(overrides))
+    return composed(name, *overrides)
 
 
 def write_recordings(raw: Path) -> None:

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT, run_command
-from hydra import compose, initialize_config_dir
+from conftest import ROOT, composed, run_command
 from omegaconf import DictConfig
 
 from data_prep.demo import prepare_demo
@@ -15,9 +14,7 @@ from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.commands.speak import synthesise
 from dnnvss.commands.train import train
-from dnnvss.errors import DnnvssError
 from dnnvss.media import video_info
-from dnnvss.runs.bundling import write_bundle
 from dnnvss.runs.run import Run
 
 FAST = ["model=feedforward", "folds=0", "debug=default", "aam.modes=8", "jobs=1", "trainer.accelerator=cpu"]
@@ -25,8 +22,7 @@ SIZES = ([8], [16], [8, 8], [16, 16])
 
 
 def configure(name: str, *overrides: str) -> DictConfig:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return compose(name, list(overrides))
+    return composed(name, *overrides)
 
 
 @pytest.fixture(scope="module")
@@ -96,11 +92,3 @@ def test_a_bundle_speaks_as_its_run_does_without_lightning_or_hydra(home: Path, 
     ours, theirs = (read_arrays(tmp_path / f"{n}.npz")["parameters"] for n in "ab")
     np.testing.assert_allclose(ours, theirs, atol=1e-5 * np.abs(theirs).max())
     assert video_info(tmp_path / "a.mp4").size == (64, 64)
-
-
-def test_a_bundle_does_not_replace_what_is_none(home: Path, tmp_path: Path) -> None:
-    (tmp_path / "notes.txt").write_text("mine")
-    run = Run.open(next((home / "runs").glob("*/metrics.json")).parent)
-    with pytest.raises(DnnvssError, match="not a bundle"):
-        write_bundle(run, tmp_path)
-    assert [p.name for p in tmp_path.iterdir()] == ["notes.txt"]

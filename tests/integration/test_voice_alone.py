@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import composed
 
 from dnnvss.archives import read_arrays
 from dnnvss.commands.speak import synthesise
@@ -26,8 +25,7 @@ FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", 
 
 
 def command(home: Path, name: str, *given: str) -> None:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        config = compose(name, list(given))
+    config = composed(name, *given)
     if name == "train":
         train(config)
     else:

@@ -4,8 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import composed
 
 from dnnvss import files
 from dnnvss.commands.train_settings import run_settings
@@ -16,8 +15,7 @@ from dnnvss.runs.files import RunFiles
 
 def finished(runs: Path, name: str, headline: float, age: int, *given: str, corpus: str = "c") -> Path:
     """A folder that looks like a finished run of ``headline`` that ended ``age`` seconds ago."""
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        settings = run_settings(compose("train", ["model=feedforward", *given]))
+    settings = run_settings(composed("train", "model=feedforward", *given))
     places = RunFiles(files.make_folder(runs / name))
     settings.write(places.folder)
     files.write_json(places.provenance, {"dnnvss": "", "corpus": corpus})

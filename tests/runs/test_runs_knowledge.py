@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import composed
 
 from dnnvss import files
 from dnnvss.commands.train_settings import run_settings
@@ -21,8 +20,7 @@ from dnnvss.training.checkpoints import save_checkpoint
 
 
 def configured(*given: str) -> RunSettings:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return run_settings(compose("train", list(given)))
+    return run_settings(composed("train", *given))
 
 
 def run_of(folder: Path, *given: str, learnt: float = 1) -> Path:

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import ROOT
-from hydra import compose, initialize_config_dir
+from conftest import composed
 
 from dnnvss import __version__, files
 from dnnvss.commands.train_settings import run_settings
@@ -22,8 +21,7 @@ from dnnvss.systems.viseme_plan import UnitPlan
 
 
 def configured(*settings: str) -> RunSettings:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return run_settings(compose("train", ["model=feedforward", *settings]))
+    return run_settings(composed("train", "model=feedforward", *settings))
 
 
 def begun(folder: Path, *settings: str) -> Path:

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import CLOCK, ROOT, run_command
-from hydra import compose, initialize_config_dir
+from conftest import CLOCK, ROOT, composed, run_command
 
 from dnnvss.acoustics import Encoder, LogMel, encoder
 from dnnvss.commands.live import Outputs, blocks, follow
@@ -156,8 +155,7 @@ def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
              "model.network.width=16", "model.network.lookahead=5", "trainer.epochs=2", "trainer.progress=false",
              "trainer.figure_every=0",
              "trainer.accelerator=cpu", "aam.modes=8", "jobs=1", "sample=false"]
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        train(compose("train", given))
+    train(composed("train", *given))
     corpus = Corpus.open(home / "demo")
     sound = corpus.sound(corpus.split("test")[0])
     write_wav(home / "said.wav", sound.samples, sound.rate)

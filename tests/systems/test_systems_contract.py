@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from conftest import CLOCK, ROOT, TABLE
-from hydra import compose, initialize_config_dir
+from conftest import CLOCK, ROOT, TABLE, composed
 from omegaconf import OmegaConf
 
 import dnnvss.systems
@@ -33,8 +32,7 @@ SMALL = ["trainer.progress=false", "trainer.epochs=3", "trainer.figure_every=0",
 
 def build(name: str, *given: str, table: FeatureTable = TABLE) -> VisualModel:
     """Return the untrained system of a file of ``conf/model``."""
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        config = compose("train", [f"model={name}", *SMALL, *given])
+    config = composed("train", f"model={name}", *SMALL, *given)
     settings: dict = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
     assert settings["name"] == name
     if name == "adapted":
