@@ -55,14 +55,19 @@ class Constraints:
         sizes = {len(a) for a in (self.frames, self.vectors, self.low, self.high, self.softness, self.streams)}
         if sizes != {count}:
             raise DnnvssError(f"constraints have {sorted(sizes)} entries and {count} labels", remedy="Give one of each")
+        soft = (self.softness >= 0) & (self.softness < np.inf)
+        open_ = (self.low <= self.high) & (self.low < np.inf) & (self.high > -np.inf)
+        known = np.isfinite(self.vectors).all(axis=-1)
+        seen = self.vectors.any(axis=-1)
+        if (soft & open_ & known & seen).all():
+            return
         bounds = np.column_stack([self.low, self.high, self.softness])
-        self._refuse(np.isnan(bounds).any(axis=1) | ~np.isfinite(self.vectors).all(axis=-1),
+        self._refuse(np.isnan(bounds).any(axis=1) | ~known,
                      "holds a value that is not a number", "Give finite vectors and bounds that are numbers")
-        empty = ~((self.low <= self.high) & (self.low < np.inf) & (self.high > -np.inf))
-        self._refuse(empty, "asks for a range that is empty", "Give a lower bound that is not above the upper one")
-        self._refuse(~((self.softness >= 0) & (self.softness < np.inf)), "has a softness that is negative or infinite",
+        self._refuse(~open_, "asks for a range that is empty", "Give a lower bound that is not above the upper one")
+        self._refuse(~soft, "has a softness that is negative or infinite",
                      "Give 0 to hold it, or a deviation in the functional's unit")
-        self._refuse(~self.vectors.any(axis=-1), "measures nothing: its vector is zero",
+        self._refuse(~seen, "measures nothing: its vector is zero",
                      "Give a functional that depends on the parameters")
 
     def _refuse(self, wrong: Any, problem: str, remedy: str) -> None:

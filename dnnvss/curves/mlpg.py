@@ -14,6 +14,7 @@ def mlpg(
     variance: Array | float,
     windows: Windows = STATIC_DELTA_DELTA2,
     lengths: Array | list[int] | None = None,
+    equations: NormalEquations | None = None,
 ) -> Array:
     """Return the most likely trajectory, shape (..., T, D), of the kind, dtype and device of ``mean``.
 
@@ -32,6 +33,7 @@ def mlpg(
         windows: the streams, W of them.
         lengths: for a padded batch (B, T, W, D), the number of true frames of each row, shape (B,). Frames behind it
             may hold anything and come back as zeros; each row equals its solution alone.
+        equations: of the same variances, where several solves share them; arrays alone.
 
     Raises:
         DnnvssError: shapes that do not fit, no frames, means that are not finite, variances that are NaN, zero or
@@ -47,7 +49,8 @@ def mlpg(
     counts = _check_lengths(lengths, batched) if lengths is not None else None
     made: Any
     if isinstance(given, np.ndarray):
-        equations = NormalEquations(precision_of(variance, shape, counts), windows, counts, batched.shape)
+        if equations is None:
+            equations = NormalEquations(precision_of(variance, shape, counts), windows, counts, batched.shape)
         made = equations.trajectory(batched).reshape(*shape[:-2], shape[-1]).astype(given.dtype)
     else:
         from dnnvss.curves import tensors

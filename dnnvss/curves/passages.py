@@ -11,6 +11,11 @@ _PASSAGE, _MARGIN = 12_000, 1_000
 """Frames of a passage, and of what is looked at on either side of it."""
 
 
+def at_once(frames: int) -> bool:
+    """Whether so many frames are worked on as a whole."""
+    return frames <= LONG
+
+
 def in_passages(frames: int, work: Callable[[slice], np.ndarray]) -> np.ndarray:
     """The rows (T, ...) that ``work`` gives, in passages where there are more than :data:`LONG`.
 
@@ -21,7 +26,7 @@ def in_passages(frames: int, work: Callable[[slice], np.ndarray]) -> np.ndarray:
         frames: T.
         work: gives the rows of a slice of the frames, a passage with its margins.
     """
-    if frames <= LONG:
+    if at_once(frames):
         return work(slice(0, frames))
     out: np.ndarray | None = None
     for first, last, around in spans(frames):
@@ -41,7 +46,7 @@ def rewritten(rows: np.ndarray, work: Callable[[slice, np.ndarray], np.ndarray])
         work: gives the new rows of a slice of the frames, a passage with its margins, from the rows as they were.
     """
     frames = len(rows)
-    if frames <= LONG:
+    if at_once(frames):
         return work(slice(0, frames), rows)
     before = rows[:0]  # what has been written over, and is the margin of the next passage
     for first, last, around in spans(frames):
@@ -53,7 +58,7 @@ def rewritten(rows: np.ndarray, work: Callable[[slice, np.ndarray], np.ndarray])
 
 def spans(frames: int) -> Iterator[tuple[int, int, slice]]:
     """Yield the first frame of each passage, the one after its last, and the slice with its margins."""
-    step = frames if frames <= LONG else _PASSAGE
+    step = frames if at_once(frames) else _PASSAGE
     for first in range(0, frames, step):
         last = min(first + step, frames)
         yield first, last, slice(max(first - _MARGIN, 0), min(last + _MARGIN, frames))

@@ -1,6 +1,7 @@
 """What a phone's duration depends on: its context as names, and as ones and zeros."""
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -12,6 +13,7 @@ ALWAYS = "always"
 """The context of every phone."""
 
 
+@cache
 def phone_class(phone: str) -> str:
     """Return a phone's class for durations: its manner, ``-`` if voiceless; vowels tense, lax or gliding."""
     a = ARTICULATION[phone]
@@ -39,30 +41,44 @@ def each_context(alignment: Alignment, text: str) -> tuple[Iterator[list[str]], 
     padded = (SILENCE, SILENCE, *alignment["phones"].labels, SILENCE, SILENCE)
     spoken = np.flatnonzero(tree.word >= 0)
     places = _places(tree)
-    rows = (_context(padded[i : i + 5], tree, i, places[i]) for i in spoken.tolist())
+    counted = (tree.syllable_in_word, tree.syllables_in_word, tree.word_in_phrase, tree.words_in_phrase, tree.phrase,
+               tree.phones_in_syllable, tree.phones_in_word)
+    counts = list(zip(*(array.tolist() for array in counted), strict=True))
+    rows = (_context(padded[i : i + 5], places[i], tree.phrases, *counts[i]) for i in spoken.tolist())
     return rows, np.diff(alignment["phones"].edges)[spoken]
 
 
-def _context(window: Sequence[str], tree: LinguisticTree, i: int, place: str) -> list[str]:
-    """Return the feature names of segment ``i`` at a place in its syllable, in the middle of five labels."""
+def _context(window: Sequence[str], place: str, phrases: int, syllable: int, syllables: int, word: int, words: int,
+             phrase: int, phones: int, length: int) -> list[str]:
+    """Return the feature names of a segment at a place in its syllable, in the middle of five labels.
+
+    Args:
+        window: the labels.
+        place: onset, nucleus or coda.
+        phrases: of the utterance.
+        syllable, syllables: of its word: which one, and how many.
+        word, words: of its phrase.
+        phrase: which one.
+        phones, length: how many in its syllable, and in its word.
+    """
     far_left, left, own, right, far_right = window
     kind = phone_class(own)
-    last_syllable = tree.syllable_in_word[i] == tree.syllables_in_word[i] - 1
-    final = last_syllable and tree.word_in_phrase[i] == tree.words_in_phrase[i] - 1
-    end = final and tree.phrase[i] == tree.phrases - 1
+    last_syllable = syllable == syllables - 1
+    final = last_syllable and word == words - 1
+    end = final and phrase == phrases - 1
     ending = "end" if end else "final" if final else "word" if last_syllable else "inner"
-    first = tree.syllable_in_word[i] == 0 and tree.word_in_phrase[i] == 0
+    first = syllable == 0 and word == 0
     return [
         own, f"class={kind}", ALWAYS, f"left={left}", f"right={right}", f"left class={phone_class(left)}",
         f"right class={phone_class(right)}", f"left class 2={phone_class(far_left)}",
         f"right class 2={phone_class(far_right)}", f"{kind} before {phone_class(right)}", f"{kind} {place}",
         f"{kind} {ending}", f"{own} {ending}", f"{own} {place}", f"{place} {ending}", f"first={first} {place}",
-        f"syllables={min(int(tree.syllables_in_word[i]), 4)} {kind == 'lax'}",
-        f"syllable={min(int(tree.syllable_in_word[i]), 3)}",
-        f"phones={min(int(tree.phones_in_syllable[i]), 5)} {place}",
-        f"words before={min(int(tree.word_in_phrase[i]), 6)}",
-        f"words after={min(int(tree.words_in_phrase[i] - 1 - tree.word_in_phrase[i]), 6)}",
-        f"word length={min(int(tree.phones_in_word[i]), 8)}", f"{left} {own}", f"{own} {right}",
+        f"syllables={min(syllables, 4)} {kind == 'lax'}",
+        f"syllable={min(syllable, 3)}",
+        f"phones={min(phones, 5)} {place}",
+        f"words before={min(word, 6)}",
+        f"words after={min(words - 1 - word, 6)}",
+        f"word length={min(length, 8)}", f"{left} {own}", f"{own} {right}",
     ]  # fmt: skip
 
 

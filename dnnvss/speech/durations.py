@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,6 @@ _PENALTIES = (0.3, 1.0, 3.0, 10.0, 30.0)
 _FOLDS = 5
 _ARRAYS = {"columns": Held(("columns",), "U"), "weights": Held(("columns",)), "variance_of": Held(("phones",), "U"),
            "variance": Held(("phones",)), "pause_labels": Held((3,), "U"), "pause_seconds": Held((3,))}
-_ROWS = 4096  # phones whose contexts are held as a matrix at once
 _EMPHASIS = 0.8  # standard deviations by which an emphasised phone is longer
 
 
@@ -89,11 +88,16 @@ class DurationModel:
         A phone that the corpus lacks has the columns of its class only.
         """
         rows, _ = each_context(alignment, text)
-        parts, variances = [np.zeros(0)], list[float]()
-        while some := list(islice(rows, _ROWS)):  # the contexts of an hour of speech never lie there at once
-            parts.append(context_matrix(some, self.columns) @ self.weights)
-            variances += [next(self.variance[n] for n in row if n in self.variance) for row in some]
-        return np.concatenate(parts), np.sqrt(variances)
+        adds, means, variances = self._adds, list[float](), list[float]()
+        for row in rows:  # one by one: the contexts of an hour of speech never lie there at once
+            means.append(sum(adds.get(name, 0.0) for name in dict.fromkeys(row)))
+            variances.append(next(self.variance[name] for name in row if name in self.variance))
+        return np.array(means), np.sqrt(variances)
+
+    @cached_property
+    def _adds(self) -> dict[str, float]:
+        """What each context feature adds to the log duration."""
+        return dict(zip(self.columns, self.weights.tolist(), strict=True))
 
     def durations(self, alignment: Alignment, text: str) -> np.ndarray:
         """Return the expected duration (n,) in seconds of each spoken phone, whatever its times are."""

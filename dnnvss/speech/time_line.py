@@ -51,20 +51,23 @@ def stretched(mean: np.ndarray, deviation: np.ndarray, pauses: np.ndarray,
                wanted: float) -> tuple[np.ndarray, np.ndarray]:
     """Return durations (n,) and pauses whose sum is ``wanted`` seconds.
 
-    Phones become ``exp(mean + r * deviation)``, pauses scale by ``exp(r * average deviation)``; ``r`` by bisection.
+    Phones become ``exp(mean + r * deviation)`` or :data:`SHORTEST`, pauses scale by ``exp(r * average deviation)``;
+    ``r`` by Newton's method on the logarithm of the sum, which is nearly a line, within bounds that close in.
     """
-    pause_deviation = float(deviation.mean())
-
-    def lengths(r: float) -> tuple[np.ndarray, np.ndarray]:
-        return np.maximum(np.exp(mean + r * deviation), SHORTEST), pauses * np.exp(r * pause_deviation)
-
-    low, high = -40.0, 40.0
+    pause_deviation, low, high, r = float(deviation.mean()), -40.0, 40.0, 0.0
     for _ in range(80):
-        middle = (low + high) / 2
-        low, high = (middle, high) if sum(map(np.sum, lengths(middle))) < wanted else (low, middle)
-    seconds, pauses = lengths((low + high) / 2)
-    correction = wanted / (seconds.sum() + pauses.sum())
-    return seconds * correction, pauses * correction
+        free = np.exp(mean + r * deviation)
+        seconds, longer = np.maximum(free, SHORTEST), pauses * np.exp(r * pause_deviation)
+        whole = float(seconds.sum() + longer.sum())
+        low, high = (r, high) if whole < wanted else (low, r)
+        slope = float(deviation @ np.where(free > SHORTEST, free, 0.0)) + pause_deviation * float(longer.sum())
+        nearer = r + np.log(wanted / whole) * whole / slope if slope > 0 else np.inf
+        nearer = float(nearer) if low < nearer < high else (low + high) / 2
+        if abs(nearer - r) < 1e-13 * max(1.0, abs(r)):
+            break
+        r = nearer
+    correction = wanted / whole
+    return seconds * correction, longer * correction
 
 
 def _row(name: str, labelled: Iterable[tuple[str, float]]) -> Tier:

@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from dnnvss.curves.constraints import Constraints, constrain, equations_of
+from dnnvss.curves.equations import NormalEquations
 from dnnvss.curves.mlpg import mlpg
-from dnnvss.curves.passages import cut, in_passages, rewritten
+from dnnvss.curves.passages import at_once, cut, in_passages, rewritten
 from dnnvss.curves.variance import articulate, dial, movement_of
 from dnnvss.curves.windows import STATIC_DELTA_DELTA2, Windows
 from dnnvss.settings import check_settings, setting
@@ -140,8 +141,14 @@ def generate_in_passages(
     quiet = None
     if style.rest and "rest" not in talker.unknown:
         quiet = silent_frames(tier, clock, frames, style.anticipation, style.release)
-    given = _Given(predicted, quiet, talker)
-    x = in_passages(frames, lambda around: mlpg(*given(around), windows))
+    given = _Given(predicted, quiet, talker, windows, at_once(frames))
+
+    def smooth(around: slice) -> np.ndarray:
+        """The frames of a slice as MLPG generates them."""
+        part = given(around)
+        return mlpg(part.mean, part.variance, windows, equations=part.equations)
+
+    x = in_passages(frames, smooth)
     reach = talker.reach.widened(style.widest) if style.within and talker.reach else None
     x = rewritten(x, _moved(x, tier, clock, talker, style, reach))
     rules = _lip_rules(tier, clock, talker, style, frames, constraints or Constraints.none(x.shape[1]))
@@ -152,10 +159,10 @@ def generate_in_passages(
     def held(around: slice, own: np.ndarray) -> np.ndarray:
         """The frames of a slice with what has to hold in them."""
         here = constraints.within(around) if constraints is not None else None
-        variance = given(around)[1]
-        shared = cache(lambda: equations_of(variance, own.shape, windows))
+        part = given(around)
         return _held(own, [rule.within(around) for rule in rules], here, reach,
-                     lambda rows: constrain(own, variance, Constraints.joined(rows), windows, shared))
+                     lambda rows: constrain(own, part.variance, Constraints.joined(rows), windows,
+                                            lambda: part.equations))
 
     return rewritten(x, held) if rules or wanted else x
 
@@ -187,6 +194,20 @@ def _lip_rules(tier: Tier, clock: FrameClock, talker: Talker, style: Style, fram
 
 
 @dataclass(frozen=True)
+class _Part:
+    """A slice of a prediction: mean (T, W, D), variance that broadcasts to it, and the streams."""
+
+    mean: np.ndarray
+    variance: Any
+    windows: Windows
+
+    @cached_property
+    def equations(self) -> NormalEquations:
+        """The normal equations, factorised; all solves of the slice share them."""
+        return equations_of(self.variance, (len(self.mean), self.mean.shape[-1]), self.windows)
+
+
+@dataclass(frozen=True)
 class _Given:
     """A prediction with rest in silence, a slice at a time.
 
@@ -194,20 +215,31 @@ class _Given:
         predicted: the prediction.
         quiet: (T,) bool, frames that are pulled to rest; None for none.
         talker: whose rest.
+        windows: the streams.
+        whole: whether all frames are one slice, which is then kept.
     """
 
     predicted: Predicted
     quiet: np.ndarray | None
     talker: Talker
+    windows: Windows
+    whole: bool
 
-    def __call__(self, around: slice) -> tuple[np.ndarray, Any]:
-        """Mean and variance of a slice of the frames, the mean in its own dtype."""
+    def __call__(self, around: slice) -> _Part:
+        """A slice of the frames, the mean in its own dtype."""
+        return self._all if self.whole else self._part(around)
+
+    @cached_property
+    def _all(self) -> _Part:
+        return self._part(slice(None))
+
+    def _part(self, around: slice) -> _Part:
         mean, variance = self.predicted(around)
         if self.quiet is None:
-            return mean, variance
+            return _Part(mean, variance, self.windows)
         rest, deviation = self.talker.rest, self.talker.rest_deviation
         joined, variance = pulled_to_rest(mean, variance, self.quiet[around], rest, deviation)
-        return joined.astype(mean.dtype), variance
+        return _Part(joined.astype(mean.dtype), variance, self.windows)
 
 
 def _held(x: np.ndarray, rules: list[Constraints], wanted: Constraints | None, reach: Reach | None,

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 MANY = 2000
-"""Questions after which a table pays."""
+"""Keys that are looked for one by one; where more are asked for, a table pays."""
 
 
 class SortedLines(Mapping[str, str]):
@@ -15,16 +15,19 @@ class SortedLines(Mapping[str, str]):
 
     def __init__(self, text: str) -> None:
         self._text = text.rstrip("\n") + "\n"
-        self._asked = 0
-        self._table: dict[str, str] | None = None
+        self._known: dict[str, str | None] = {}
+        self._whole: dict[str, str | None] | None = None
 
     def __getitem__(self, key: str) -> str:
-        if self._table is None:
-            self._asked += 1
-            if self._asked <= MANY:
-                return self._found(key)
-            self._table = dict(self._lines(0))
-        return self._table[key]
+        if key not in self._known and self._whole is None:
+            if len(self._known) < MANY:
+                self._known[key] = self._found(key)
+            else:
+                self._whole = self._known = dict(self._lines(0))
+        value = self._known.get(key)
+        if value is None:
+            raise KeyError(key)
+        return value
 
     def __iter__(self) -> Iterator[str]:
         return (key for key, _ in self._lines(0))
@@ -32,14 +35,14 @@ class SortedLines(Mapping[str, str]):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
-    def _found(self, key: str) -> str:
+    def _found(self, key: str) -> str | None:
         wanted = _plain(key)
         for own, value in self._lines(self._first(wanted)):
             if own == key:
                 return value
             if _plain(own) != wanted:
                 break
-        raise KeyError(key)
+        return None
 
     def _first(self, wanted: str) -> int:
         """Where the first line begins whose key does not come before the one that is wanted."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -109,7 +110,7 @@ def _joined(name: str, segments: list[Segment]) -> list[Segment]:
         raise DnnvssError(f"tier {name!r} has no segment", remedy="Give at least one segment that spans the utterance")
     joined: list[Segment] = []
     for segment in segments:
-        if not (np.isfinite([segment.start, segment.end]).all() and segment.start < segment.end):
+        if not (isfinite(segment.start) and isfinite(segment.end) and segment.start < segment.end):
             raise DnnvssError(
                 f"tier {name!r}: segment {segment.label!r} runs from {segment.start} to {segment.end} s",
                 remedy="Give each segment an end after its start",
@@ -121,7 +122,8 @@ def _joined(name: str, segments: list[Segment]) -> list[Segment]:
                 f"{joined[-1].end:.4f} s, and {segment.label!r}, which starts at {segment.start:.4f} s",
                 remedy="Make the segments meet; write silence as a segment of its own",
             )
-        segment = segment._replace(start=joined[-1].end) if joined else segment
+        if joined and segment.start != joined[-1].end:
+            segment = segment._replace(start=joined[-1].end)
         if segment.duration <= 0:
             raise DnnvssError(
                 f"tier {name!r}: segment {segment.label!r} ends at {segment.end} s, where the one before it ends",

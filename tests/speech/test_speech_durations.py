@@ -8,9 +8,11 @@ import pytest
 from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import SILENCES, VOWELS
-from dnnvss.speech.duration_contexts import spoken_contexts
+from dnnvss.speech.duration_contexts import context_matrix, spoken_contexts
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.durations_scores import score_durations
+from dnnvss.speech.pauses import SHORTEST
+from dnnvss.speech.time_line import stretched
 from dnnvss.text.sentence import parse
 from dnnvss.timing import Alignment, Tier
 
@@ -160,3 +162,26 @@ def test_phones_that_were_never_heard_last_as_others_say(model: DurationModel) -
         logs = [m.log_durations(own.alignment, text)[0] for m in (few, both)]
         np.testing.assert_allclose(logs[1], logs[0] + extra, atol=1e-12)
     assert few.borrowing(few).columns == few.columns
+
+
+def test_log_durations_are_the_product_of_contexts_and_weights(model: DurationModel, corpus: list[Utterance]) -> None:
+    for utterance in corpus[:3]:
+        rows, _ = spoken_contexts(utterance.alignment, utterance.text)
+        wanted = context_matrix(rows, model.columns) @ model.weights
+        np.testing.assert_allclose(model.log_durations(utterance.alignment, utterance.text)[0], wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_length_is_met_as_bisection_meets_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mean, deviation, pauses = rng.normal(-2.5, 0.6, 30), rng.uniform(0.05, 0.6, 30), rng.uniform(0.02, 1, seed % 3)
+    wanted = max((np.exp(mean).sum() + pauses.sum()) * np.exp(rng.uniform(-2, 2.9)), 2 * SHORTEST * 30)
+    low, high = -40.0, 40.0
+    for _ in range(100):
+        r = (low + high) / 2
+        own, longer = np.maximum(np.exp(mean + r * deviation), SHORTEST), pauses * np.exp(r * deviation.mean())
+        low, high = (r, high) if own.sum() + longer.sum() < wanted else (low, r)
+    seconds, silences = stretched(mean, deviation, pauses, wanted)
+    np.testing.assert_allclose(seconds, own, rtol=1e-10)
+    np.testing.assert_allclose(silences, longer, rtol=1e-10)
+    assert seconds.sum() + silences.sum() == pytest.approx(wanted, abs=1e-12)

@@ -9,7 +9,7 @@ from face.face_cases import LinearFace, rig
 from scipy.ndimage import gaussian_filter1d
 
 from dnnvss import DnnvssError
-from dnnvss.curves import derivatives, mlpg, passages
+from dnnvss.curves import derivatives, equations, mlpg, passages
 from dnnvss.curves.constraints import Constraints, hold
 from dnnvss.face.lips import mouth_gauges
 from dnnvss.style.generation import Style, generate, generate_in_passages, speech_weight
@@ -290,3 +290,19 @@ def test_the_last_predictions_are_at_hand_for_who_drags_a_key() -> None:
         generator._predicted(example)
     assert generator._predicted(examples[5]).mean[0, 0, 0] == 6 and model.asked == 6
     assert generator._predicted(examples[0]) is not first and len(generator._lately) == 4
+
+
+@pytest.mark.parametrize("style", [Style(), EVERYTHING])
+def test_the_equations_are_factorised_once(talker: Talker, style: Style, monkeypatch: pytest.MonkeyPatch) -> None:
+    """MLPG and what holds closures, contacts and keys share them."""
+    made = []
+    original = equations.NormalEquations.__init__
+
+    def counted(self: equations.NormalEquations, *given: object) -> None:
+        made.append(1)
+        original(self, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(equations.NormalEquations, "__init__", counted)
+    mean, variance = prediction(1.4)
+    generate(mean, variance, TIER, CLOCK, talker, style, constraints=hold([100], np.array([1.0, 0.5]), low=4.2))
+    assert len(made) == 1
