@@ -18,6 +18,8 @@ _NEAR = 2e-4
 _MOST_FRAMES, _MOST_VALUES = 2_000_000, 50_000_000
 """Of a take: frames, and values of all its curves; hours of a face."""
 _MOST_BYTES = 500_000_000
+_SLOWEST = 0.1
+"""Frames a second of a take at least."""
 _JITTER = 0.1
 """Frames by which a step between time stamps may differ from a whole number and be one."""
 _REMEDY = "Give the CSV of Live Link Face, a CSV with a name over each curve, or what export_rig=take.json wrote"
@@ -120,6 +122,12 @@ def _from_csv(path: Path, rate: FrameClock | None) -> Take:
             )
         return Take(dict(zip(names, values.T, strict=True)), rate)
     times = held.times - held.times[0]
+    if rate is None and len(times) > 1 and not _SLOWEST * np.median(np.diff(times)) <= 1:
+        raise DnnvssError(
+            f"its frames lie {np.median(np.diff(times)):g} s apart",
+            file=path,
+            remedy="Give the frame rate, or times in seconds",
+        )
     clock = rate or _usual(times)
     count = max(1, round(float(times[-1]) * float(clock.rate)) + 1)
     _check_size(count, len(names), path)

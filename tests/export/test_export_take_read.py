@@ -129,3 +129,10 @@ def test_the_given_take_of_the_app_comes_back_and_moves_the_head(tmp_path):
     np.testing.assert_array_equal(back.values[at], given.values)
     weights = packaged_head().weights(dict(zip(given.names, given.values.T, strict=True)))
     assert weights.shape == (len(given.values), 52) and weights.max() > 0.5
+
+
+def test_frames_too_far_apart_are_told(tmp_path):
+    path = tmp_path / "take.csv"
+    path.write_text("time,JawOpen\n0,0.1\n1e9,0.2\n")
+    with pytest.raises(DnnvssError, match=r"frames lie 1e\+09 s apart"):
+        read_take(path)

@@ -129,3 +129,11 @@ def test_a_mesh_without_a_head_is_left_as_it_stands() -> None:
     turn, found = best_turn(Mesh(egg, HEAD.mesh.faces))
     assert not found.fits
     np.testing.assert_array_equal(turn, np.eye(3))
+
+
+def test_a_head_inside_out_is_turned_and_others_are_not(tmp_path: Path) -> None:
+    a, b, c, d = HEAD.mesh.faces.T
+    inside = np.where((c == d)[:, None], np.stack([c, b, a, a], 1), np.stack([d, c, b, a], 1))
+    head, _ = open_head(write_obj(tmp_path / "inside.obj", Head(Mesh(HEAD.mesh.vertices, inside))))
+    np.testing.assert_allclose(head.mesh.normals(), HEAD.mesh.normals(), atol=1e-6)
+    assert HEAD.mesh.outward is HEAD.mesh

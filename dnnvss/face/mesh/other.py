@@ -1,5 +1,7 @@
 """Heads from files, made ready to be moved by the packaged head's shapes."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,25 +21,25 @@ _FEWEST, _FLAT = 50, 0.01
 """Vertices of a mesh, and the share of its longest side that the shortest has, below which it is no head."""
 _MOST = 60_000
 """Vertices of a mesh to which 52 shapes are given."""
+_READERS: dict[str, Callable[[Path], Head]] = {".obj": read_obj, ".glb": read_gltf, ".gltf": read_gltf}
 _REMEDY = 'Write {"nose_bridge07": 123, "lips_outer01": [x, y, z], ...}: six points or more'
 
 
 def read_mesh(path: Path) -> Head:
-    """The head in an ``.obj``, ``.glb`` or ``.gltf`` file.
+    """The head in an ``.obj``, ``.glb`` or ``.gltf`` file, its faces outward.
 
     Raises:
         DnnvssError: another kind of file, or one that cannot be read.
     """
-    match path.suffix.lower():
-        case ".obj":
-            return read_obj(path)
-        case ".glb" | ".gltf":
-            return read_gltf(path)
-    raise DnnvssError(
-        f"a mesh is not read from {path.suffix or 'a folder'}",
-        file=path,
-        remedy="Export it as .obj, .glb or .gltf",
-    )
+    read = _READERS.get(path.suffix.lower())
+    if read is None:
+        raise DnnvssError(
+            f"a mesh is not read from {path.suffix or 'a folder'}",
+            file=path,
+            remedy="Export it as .obj, .glb or .gltf",
+        )
+    head = read(path)
+    return replace(head, mesh=head.mesh.outward)
 
 
 def open_head(path: Path, points: Path | None = None) -> tuple[Head, str]:

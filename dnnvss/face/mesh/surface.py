@@ -1,7 +1,7 @@
 """A surface of triangles and quadrangles in space, within bounds, and its normals."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -114,6 +114,17 @@ class Mesh:
         """
         summed = self.spread @ self.face_normals(vertices)
         return summed / np.maximum(np.sqrt((summed**2).sum(axis=1, keepdims=True)), 1e-20)
+
+    @property
+    def outward(self) -> "Mesh":
+        """The mesh, its faces turned over where they look into the space that they enclose."""
+        middle = self.vertices.mean(axis=0)
+        outside = self.face_normals() * (self.vertices[self.faces[:, 0]] - middle)
+        if outside.sum() >= 0:
+            return self
+        a, b, c, d = self.faces.T
+        turned = np.where((c == d)[:, None], np.stack([a, c, b, b], 1), np.stack([a, d, c, b], 1))
+        return replace(self, faces=turned)
 
     def of_part(self, name: str) -> np.ndarray:
         """The vertices of the faces of a part; none where there is no such part."""
