@@ -26,6 +26,8 @@ from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 
 NAMES = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml") if p.stem != "auto")
 SOURCE: dict[str, object] = {"checkpoint": "none", "digest": "", "model": {"system": "kernel"}}
+WIDTHS = {"hidden": "[64,64]", "width": 48}
+"""Of networks, which need not be as wide as they are in earnest."""
 SMALL = ["trainer.progress=false", "trainer.epochs=3", "trainer.figure_every=0", "trainer.batch_size=32",
          "trainer.accelerator=cpu", "trainer.utterances=1"]
 
@@ -38,6 +40,12 @@ def build(name: str, *given: str, table: FeatureTable = TABLE) -> VisualModel:
     if name == "adapted":
         settings["sources"] = {"another": SOURCE}
     return make_system(name, settings, table, CLOCK)
+
+
+def build_narrow(name: str) -> VisualModel:
+    """Return the untrained system of a file with few units."""
+    network = composed("train", f"model={name}").model.get("network") or {}
+    return build(name, *(f"model.network.{key}={width}" for key, width in WIDTHS.items() if key in network))
 
 
 def test_every_system_has_a_file_and_every_file_a_system() -> None:
@@ -117,7 +125,7 @@ def source(examples: dict[str, list[Example]], tmp_path_factory: pytest.TempPath
 @pytest.fixture(scope="module", params=NAMES)
 def fitted(request: pytest.FixtureRequest, examples: dict[str, list[Example]],
            tmp_path_factory: pytest.TempPathFactory) -> tuple[str, VisualModel]:
-    model = build(request.param)
+    model = build_narrow(request.param)
     model.fit(examples["train"], examples["val"], tmp_path_factory.mktemp(request.param))
     return request.param, model
 
@@ -142,7 +150,7 @@ def test_state_is_plain_and_restores_the_model(fitted: tuple[str, VisualModel], 
     torch.save(model.state(), tmp_path / "state.pt")
     save_arrays(tmp_path / "state.npz", model.state())
     for state in (torch.load(tmp_path / "state.pt", weights_only=True), load_checkpoint(tmp_path / "state.npz")):
-        other = build(name)
+        other = build_narrow(name)
         other.load_state(state)
         for example in examples["test"]:
             np.testing.assert_array_equal(other.predict(example).mean, model.predict(example).mean)
@@ -159,7 +167,7 @@ def test_prediction_does_not_depend_on_earlier_ones(fitted: tuple[str, VisualMod
 def test_fit_starts_anew_and_comes_to_the_same(fitted: tuple[str, VisualModel], examples: dict,
                                                 tmp_path: Path) -> None:
     name, model = fitted
-    again = build(name)
+    again = build_narrow(name)
     again.fit(examples["train"][:4], examples["val"], tmp_path / "some")
     fewer = again.predict(examples["test"][0]).mean
     again.fit(examples["train"], examples["val"], tmp_path / "all")
