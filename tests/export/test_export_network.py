@@ -62,6 +62,13 @@ def exported(model: VisualModel, path: Path) -> ExportedModel:
     return ExportedModel.open(path) if path.suffix == ".onnx" else program(path)
 
 
+@pytest.fixture(scope="module")
+def fine(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A network as ONNX."""
+    exported(trained(1, False), path := tmp_path_factory.mktemp("fine") / "fine.onnx")
+    return path
+
+
 def program(path: Path) -> ExportedModel:
     """What another program makes of a ``.pt2`` that it trusts."""
     extra = {KEY: ""}
@@ -117,8 +124,8 @@ OVER_TIME = [pytest.param({**settings, "width": 8}, suffix, marks=[] if fast els
              for settings, suffix, fast in (
     ({"kind": "recurrent", "cell": "lstm"}, ".onnx", True), ({"kind": "recurrent", "cell": "lstm"}, ".pt2", False),
     ({"kind": "recurrent", "cell": "gru"}, ".onnx", False), ({"kind": "recurrent", "cell": "gru"}, ".pt2", True),
-    ({"kind": "recurrent", "lookahead": 3}, ".onnx", False), ({"kind": "convolutional"}, ".onnx", True),
-    ({"kind": "convolutional", "lookahead": 3}, ".pt2", False))]
+    ({"kind": "recurrent", "lookahead": 3}, ".onnx", False), ({"kind": "convolutional", "dilations": [1, 2]}, ".onnx", True),
+    ({"kind": "convolutional", "dilations": [1, 2], "lookahead": 3}, ".pt2", False))]
 
 
 @pytest.mark.parametrize("network, suffix", OVER_TIME)
@@ -172,10 +179,9 @@ def test_what_is_no_network_is_refused(tmp_path: Path) -> None:
         write_network(tmp_path / "model.bin", streams, described(model, streams))
 
 
-def test_damaged_files_and_other_tables_are_named(tmp_path: Path) -> None:
+def test_damaged_files_and_other_tables_are_named(fine: Path, tmp_path: Path) -> None:
     path = tmp_path / "model.onnx"
-    exported(trained(1, False), path)
-    path.write_bytes(path.read_bytes()[:1000])
+    path.write_bytes(fine.read_bytes()[:1000])
     with pytest.raises(DnnvssError, match=r"model.onnx: is no ONNX file, or was cut short"):
         ExportedModel.open(path)
     with pytest.raises(DnnvssError, match=r"model.pt2: is no ONNX file"):
@@ -187,12 +193,11 @@ def test_damaged_files_and_other_tables_are_named(tmp_path: Path) -> None:
             Description.from_json(text)
 
 
-def test_an_onnx_file_that_does_more_than_a_network_is_not_opened(tmp_path: Path) -> None:
+def test_an_onnx_file_that_does_more_than_a_network_is_not_opened(fine: Path, tmp_path: Path) -> None:
     onnx = pytest.importorskip("onnx")
-    exported(trained(1, False), tmp_path / "fine.onnx")
 
     def refused(change: Callable[[Any], None], what: str) -> None:
-        model = onnx.load(tmp_path / "fine.onnx")
+        model = onnx.load(fine)
         change(model)
         (tmp_path / "odd.onnx").write_bytes(model.SerializeToString())
         with pytest.raises(DnnvssError, match=f"odd.onnx: holds {what}"):
