@@ -14,7 +14,10 @@ PY := $(VENV)/bin/python
 READY := $(VENV)/ready
 TEXT ?= Hello, I am a talking face. You may type anything you like.
 
-.PHONY: demo studio test slow lint extras docs fuzz kills limits pairs audit clean
+# Tests start many programs, and each would compile all of ours again.
+unexport PYTHONDONTWRITEBYTECODE
+
+.PHONY: demo studio test quick slow lint extras docs fuzz kills limits pairs audit clean
 
 demo: $(READY)
 	$(PY) -m data_prep corpus=demo
@@ -24,8 +27,12 @@ demo: $(READY)
 studio: $(READY)
 	$(PY) -m dnnvss studio
 
-test: lint
-	$(PY) -m pytest -n auto -m "not slow"
+# The type checker is one process: beside it the tests have the other core.
+test: $(READY)
+	$(MAKE) --no-print-directory -j2 lint quick
+
+quick: $(READY)
+	$(PY) -m pytest -n auto --dist worksteal -m "not slow"
 
 # The tests that train, render or kill for more than ten seconds; .ci/run runs them after the others.
 slow: $(READY)

@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -37,6 +38,7 @@ def circle(graph: dict[str, set[str]]) -> list[str]:
     return []
 
 
+@cache
 def house() -> dict[str, set[str]]:
     """What every module of the package and of the preparation imports of them."""
     files = [path for room in ("dnnvss", "data_prep") for path in (ROOT / room).rglob("*.py")]

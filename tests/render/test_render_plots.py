@@ -59,7 +59,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return figures
 
 
-@pytest.mark.parametrize("count, lines", [(100, 1), (101, 2), (1501, 16)])
+@pytest.mark.parametrize("count, lines", [(100, 1), (101, 2), (501, 6)])
 def test_a_long_plot_goes_on_in_lines_below(
     count: int, lines: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
