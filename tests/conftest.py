@@ -1,6 +1,7 @@
 """Tiny synthetic data shared by all tests."""
 
 import os
+import shutil
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
@@ -69,6 +70,18 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     folder = tmp_path_factory.mktemp("demo") / "corpus"
     prepare_demo(folder, sentences=8, size=96, jobs=1)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def encoded(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same with its clips encoded by a face of ``aam.modes=8``, as a training finds it that is not the first."""
+    from dnnvss.commands.train_settings import run_settings
+    from dnnvss.corpus import Corpus
+    from dnnvss.runs.fitting import encode
+
+    folder = Path(shutil.copytree(demo, tmp_path_factory.mktemp("encoded") / "corpus"))
+    encode(run_settings(composed("train", f"corpus.out={folder}", "aam.modes=8", "jobs=1")), Corpus.open(folder))
     return folder
 
 

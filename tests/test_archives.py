@@ -19,12 +19,12 @@ def test_an_archive_that_opens_to_gigabytes_is_refused_before_it_is_opened(tmp_p
     path = tmp_path / "bomb.npz"
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (125_000_000, 1, 2)})
-    with (zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,
+    with (zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
           archive.open("points.npy", "w", force_zip64=True) as file):
         file.write(header.getvalue())
         for _ in range(1000):
             file.write(bytes(1_000_000))
-    assert path.stat().st_size < 2e6
+    assert path.stat().st_size < 6e6
     tracemalloc.start()
     try:
         with pytest.raises(DnnvssError, match=r"opens to 1,000\.0 MB"):

@@ -124,7 +124,8 @@ OVER_TIME = [pytest.param({**settings, "width": 8}, suffix, marks=[] if fast els
              for settings, suffix, fast in (
     ({"kind": "recurrent", "cell": "lstm"}, ".onnx", True), ({"kind": "recurrent", "cell": "lstm"}, ".pt2", False),
     ({"kind": "recurrent", "cell": "gru"}, ".onnx", False), ({"kind": "recurrent", "cell": "gru"}, ".pt2", True),
-    ({"kind": "recurrent", "lookahead": 3}, ".onnx", False), ({"kind": "convolutional", "dilations": [1, 2]}, ".onnx", True),
+    ({"kind": "recurrent", "lookahead": 3}, ".onnx", False),
+    ({"kind": "convolutional", "dilations": [1, 2]}, ".onnx", True),
     ({"kind": "convolutional", "dilations": [1, 2], "lookahead": 3}, ".pt2", False))]
 
 

@@ -30,10 +30,10 @@ def configure(name: str, *overrides: str) -> DictConfig:
 
 
 @pytest.fixture(scope="module")
-def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(encoded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small prepared corpus and a finished run with dynamic visemes."""
     home = tmp_path_factory.mktemp("visemes")
-    shutil.copytree(demo, home / "demo")
+    shutil.copytree(encoded, home / "demo")
     train(configure("train", f"corpus.out={home}/demo", f"run={home}/run", "labels=ph_dv", *FAST))
     return home
 

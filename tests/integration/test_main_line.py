@@ -48,10 +48,10 @@ def configure(name: str, *overrides: str) -> DictConfig:
 
 
 @pytest.fixture(scope="module")
-def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(encoded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small prepared corpus and a finished run of each of two label sets."""
     home = tmp_path_factory.mktemp("home")
-    shutil.copytree(demo, home / "demo")
+    shutil.copytree(encoded, home / "demo")
     for labels in ("ph", "ph_a"):
         train(configure("train", f"corpus.out={home}/demo", f"runs={home}/runs", f"run={home}/runs/{labels}",
                         f"labels={labels}", *FAST))

@@ -27,10 +27,10 @@ SYSTEMS = ("phone_mean", "training_mean", "kernel")
 
 
 @pytest.fixture(scope="module")
-def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(encoded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small prepared corpus, two sentences of it to be tested on, and three finished runs."""
     home = tmp_path_factory.mktemp("viewing")
-    shutil.copytree(demo, home / "demo")
+    shutil.copytree(encoded, home / "demo")
     train, test = (home / "demo" / "splits" / f"{name}.txt" for name in ("train", "test"))
     ids = [*train.read_text().split(), *test.read_text().split()]
     train.write_text("\n".join(ids[:-3]) + "\n")

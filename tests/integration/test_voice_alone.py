@@ -33,10 +33,10 @@ def command(home: Path, name: str, *given: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(encoded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A corpus and two runs of it: one over time that only listens, one of phones."""
     home = tmp_path_factory.mktemp("voice")
-    shutil.copytree(demo, home / "demo")
+    shutil.copytree(encoded, home / "demo")
     heard = ["labels=mel", "labels.blocks=[logmel]", "model=recurrent", "model.network.width=16"]
     for name, given in (("heard", heard),
                         ("phones", ["labels=ph_a", "model=feedforward", "model.network.hidden=[16]"])):

@@ -146,10 +146,10 @@ def test_other_kinds_of_wav_are_refused(head: bytes, message: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def home(demo: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(encoded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A corpus and a run of a causal network that listens."""
     home = tmp_path_factory.mktemp("live")
-    shutil.copytree(demo, home / "demo")
+    shutil.copytree(encoded, home / "demo")
     given = [f"corpus.out={home}/demo", f"run={home}/run", "labels=mel_causal",
              "labels.blocks=[logmel,logmel_window,energy]", "+labels.logmel_offsets=[-4,2]", "model=recurrent",
              "model.network.width=16", "model.network.lookahead=5", "trainer.epochs=2", "trainer.progress=false",
