@@ -3,8 +3,9 @@
     python benchmarks/long_speech.py RUN [--words 1000 5000 20000] [--video 1000]
 
 Each length runs in a process of its own, by the built-in voice in the style articulated. Seconds
-are those of the clock, memory is the largest resident size of the process so far, in MB; that
-before speaking is what importing and the opened run take.
+are the processor's (those of the clock on an idle machine, less what two cores share), memory is the largest resident
+size of the process so far over that before speaking, in MB. "times" is how much longer the speech lasts than
+movement and video take together, and than everything does.
 """
 
 import argparse
@@ -37,14 +38,15 @@ def measure(folder: Path, words: int, video: bool) -> dict[str, tuple[float, flo
     run = Run.open(folder)
     style = make_style(styles()["articulated"], run.face)
     speak(run, SpeakRequest("Hello there.", engine="formant", style=style))
-    told, begun = {}, time.monotonic()
+    told, begun = {}, time.process_time()
 
     def tell(stage: str) -> None:
-        told[stage] = (time.monotonic() - begun, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+        told[stage] = (time.process_time() - begun, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
     tell("before")
     spoken = speak(run, SpeakRequest(text_of(words, "prose"), engine="formant", style=style))
     tell("movement")
+    told["speech"] = (len(spoken.movement) / float(spoken.clock.rate), 0.0)
     with tempfile.TemporaryDirectory() as made:
         out = Path(made)
         sound = spoken.plan.sound
@@ -79,8 +81,12 @@ def main() -> None:
         call = [sys.executable, __file__, str(options.run), "--child", str(words), str(int(words <= options.video))]
         done = subprocess.run(call, env=environment, check=True, stdout=subprocess.PIPE, text=True)
         told = json.loads(done.stdout.splitlines()[-1])
-        cells = [f"{told[s][0]:7.0f} s {told[s][1]:4.0f} MB" if s in told else f"{'-':>16}" for s in STAGES]
-        print(f"{words:6}  " + "  ".join(cells), flush=True)
+        idle, lasts = told["before"][1], told["speech"][0]
+        cells = [f"{told[s][0]:7.0f} s {told[s][1] - idle:4.0f} MB" if s in told else f"{'-':>16}" for s in STAGES]
+        if "video" in told:
+            whole, files = told["video"][0], told["files"][0] - told["movement"][0]
+            cells.append(f"{lasts / (whole - files):5.1f} {lasts / whole:5.1f} times")
+        print(f"{words:6}  " + "  ".join(cells) + f"  of {lasts / 60:.0f} min", flush=True)
 
 
 if __name__ == "__main__":
