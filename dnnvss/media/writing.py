@@ -1,6 +1,7 @@
 """Video files with sound: H.264 and AAC in MP4, every frame at its exact time."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.media.ahead import ahead
 from dnnvss.media.reading import SOUND_RATE, SPEECH_RATE
 from dnnvss.shortages import MEMORY
 from dnnvss.timing import FrameClock
@@ -18,6 +20,9 @@ _AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
 _AAC_BLOCK = 1024
 _RATES = Fraction(1, 100), 1000
 """Frames a second of a video, least and most."""
+_PRESET = "fast"
+"""How hard x264 looks for a smaller file: pictures as near to what was drawn as those of its default are, in a sixth
+less time (39.90 and 39.96 dB on GRID, files of one size)."""
 _FORGOTTEN = 1 << 20
 """Samples after which the memory of sound is given back that lies in a file."""
 _BT601 = "colorprim=smpte170m:transfer=smpte170m:colormatrix=smpte170m"
@@ -37,7 +42,8 @@ def write_video(
 
     Frame ``i`` is shown at exactly ``i / rate`` seconds (the file counts in ticks of ``1 / rate``), so that no rate
     drifts. Picture and sound start at time zero; the encoder's silent lead-in is skipped by the file's edit list. The
-    index stands at the front, so that browsers play while they load. The file is whole or absent.
+    index stands at the front, so that browsers play while they load. The file is whole or absent. Frames are made by a
+    thread of their own while those before them are encoded.
 
     Args:
         path: the file, ``.mp4``.
@@ -52,7 +58,12 @@ def write_video(
         DnnvssError: no frame, frames of different sizes, or a disk that cannot take the file.
     """
     path = Path(path)
-    source = iter(frames)
+    with closing(ahead(frames)) as source:
+        return _written(path, source, rate, audio, audio_rate, quality, pixel)
+
+
+def _written(path: Path, source: Iterator[np.ndarray], rate: Fraction | int | float | str, audio: np.ndarray | None,
+             audio_rate: int, quality: int, pixel: Fraction) -> Path:
     first = next(source, None)
     if first is None:
         raise DnnvssError("there is no frame to write", file=path, remedy="Give an utterance that lasts a frame")
@@ -103,7 +114,8 @@ def _abandon(container: Any) -> None:
 def video_stream(container: Any, shape: tuple[int, ...], rate: Fraction, quality: int, pixel: Fraction) -> Any:
     """A new H.264 stream of a container, whose clock counts in ticks of ``1 / rate``."""
     height, width = shape[:2]
-    stream = container.add_stream("libx264", rate=rate, options={"crf": str(quality), "x264-params": _BT601})
+    options = {"crf": str(quality), "preset": _PRESET, "x264-params": _BT601}
+    stream = container.add_stream("libx264", rate=rate, options=options)
     stream.width, stream.height, stream.pix_fmt = width + width % 2, height + height % 2, "yuv420p"
     stream.codec_context.time_base = 1 / rate
     stream.time_base = 1 / rate

@@ -235,15 +235,18 @@ class LivingPicture:
                                 for m in modes]).reshape(len(modes), -1)
 
     def _place_head(self, points: np.ndarray) -> None:
-        """How much each pixel moves with the head (H, W_), by itself and times its place from the pivot."""
+        """Where pixels move with the head, and their places, moments about the pivot and shares (5, h, w) there."""
         grid = np.stack(np.meshgrid(*(np.arange(n) + 0.0 for n in self._size)), axis=-1)
         far = float(np.linalg.norm(points - self._pivot, axis=1).max())
         ramp = np.clip((_HEAD + _NECK - np.linalg.norm(grid - self._pivot, axis=-1) / max(far, 1e-6)) / _NECK, 0, 1)
         edge = np.minimum(grid, np.array(self._size) - 1 - grid).min(axis=-1)
         weight = ramp**2 * (3 - 2 * ramp) * np.clip(edge / (_BORDER * self._scale), 0, 1)
-        self._grid = np.moveaxis(grid, -1, 0).astype(np.float32)
-        self._weight = weight.astype(np.float32)
-        self._moment = (self._weight * (self._grid - self._pivot[:, None, None])).astype(np.float32)
+        rows, columns = (np.flatnonzero(weight.any(axis=axis)) for axis in (1, 0))
+        self._turns = (slice(rows.min(initial=0), rows.max(initial=-1) + 1),
+                       slice(columns.min(initial=0), columns.max(initial=-1) + 1))
+        grid, weight = np.moveaxis(grid[self._turns], -1, 0), weight[self._turns]
+        moment = weight * (grid - self._pivot[:, None, None])
+        self._ways = np.stack([*grid, *moment, weight]).astype(np.float32)
 
     def over(self, pictures: Iterator[np.ndarray], moves: Moves) -> Iterator[np.ndarray]:
         """Yield the pictures, uint8 RGB (H, W_, 3), with the movements of a row each."""
@@ -254,11 +257,14 @@ class LivingPicture:
             yield self._turned(drawn, head)
 
     def _turned(self, picture: np.ndarray, head: np.ndarray) -> np.ndarray:
-        """A picture moved with the head: each pixel is read where the movement, as far as it goes there, had it."""
+        """A picture of one's own, moved with the head: each pixel is read where the movement, as far as it goes there,
+        had it."""
         back = 1 / complex(1 + head[0], head[1])
         shift = back * complex(*head[2:]) * self._reach
         turn = back - 1
-        (x, y), weight = self._moment, self._weight
-        across = self._grid[0] + turn.real * x - turn.imag * y - shift.real * weight
-        down = self._grid[1] + turn.imag * x + turn.real * y - shift.imag * weight
-        return cv2.remap(picture, across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        shares = np.array([[1, 0, turn.real, -turn.imag, -shift.real],
+                           [0, 1, turn.imag, turn.real, -shift.imag]], np.float32)
+        across, down = np.tensordot(shares, self._ways, axes=1)
+        if across.size:
+            picture[self._turns] = cv2.remap(picture, across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        return picture

@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import lapack
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -365,29 +366,33 @@ def _sections(pieces: list[_Piece], times: np.ndarray, rate: int, shift: float) 
 
 def _filtered(source: np.ndarray, pieces: list[_Piece], start: float, rate: int, shift: float) -> np.ndarray:
     """Return the source (n,) after the vocal tract, whose filters change every few milliseconds."""
-    from scipy.signal import sosfilt
-
     block = round(_STEP * rate)
     blocks = -(-len(source) // block)
     sections = _sections(pieces, start + (np.arange(blocks) + 0.5) * block / rate, rate, shift)
-    out = np.empty(len(source))
-    state = np.zeros((sections.shape[1], 2))
-    for i in range(blocks):
-        part = slice(i * block, (i + 1) * block)
-        if i:
-            state = _carried(state, sections[i - 1], sections[i])
-        out[part], state = sosfilt(sections[i], source[part], zi=state)
+    out = source
+    for k in range(sections.shape[1]):
+        b0, b1, b2, _, a1, a2 = np.repeat(sections[:, k].T, block, axis=1)[:, : len(source)]
+        out = _zeros(out, b0, b1, b2)
+        if a1.any():
+            out = _poles(out, a1, a2)
     return out
 
 
-def _carried(state: np.ndarray, old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """Return filter states (sections, 2) that hold the same last two samples after the coefficients have changed.
+def _zeros(x: np.ndarray, b0: np.ndarray, b1: np.ndarray, b2: np.ndarray) -> np.ndarray:
+    """Return ``b0[t] x[t] + b1[t] x[t - 1] + b2[t] x[t - 2]`` (n,)."""
+    y = b0 * x
+    y[1:] += b1[1:] * x[:-1]
+    y[2:] += b2[2:] * x[:-2]
+    return y
 
-    The states of a transposed filter are products of samples and coefficients; kept as they are, each change of the
-    coefficients would click. Poles remember outputs, the antiresonator (the last section) its inputs.
+
+def _poles(x: np.ndarray, a1: np.ndarray, a2: np.ndarray) -> np.ndarray:
+    """Return y (n,) with ``y[t] = x[t] - a1[t] y[t - 1] - a2[t] y[t - 2]``: a triangular system of three diagonals.
+
+    Samples are remembered, not products of samples and coefficients, which would click where the coefficients change.
     """
-    c, d = -old[:, 4:], -new[:, 4:]
-    c[-1], d[-1] = old[-1, 1:3], new[-1, 1:3]
-    last = state[:, 1] / c[:, 1]
-    before = (state[:, 0] - c[:, 0] * last) / c[:, 1]
-    return np.stack([d[:, 0] * last + d[:, 1] * before, d[:, 1] * last], axis=1)
+    diagonals = np.zeros((3, len(x)), order="F")
+    diagonals[0] = 1.0
+    diagonals[1, :-1], diagonals[2, :-2] = a1[1:], a2[2:]
+    y: np.ndarray = lapack.dtbtrs(diagonals, x, uplo="L", diag="U", overwrite_b=1)[0]
+    return y

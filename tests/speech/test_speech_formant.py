@@ -134,3 +134,24 @@ def test_speech_of_a_quarter_of_an_hour_lies_in_a_file_and_is_the_same(monkeypat
     held = synthesise(alignment, 8000)
     assert isinstance(held.base, np.memmap) and not isinstance(whole.base, np.memmap)
     np.testing.assert_array_equal(held, whole)
+
+
+def test_the_tract_is_the_recursion_sample_by_sample() -> None:
+    rng = np.random.default_rng(0)
+    x, a1, a2 = rng.normal(size=300), rng.uniform(-1.8, -1, 300), rng.uniform(0.5, 0.95, 300)
+    b0, b1, b2 = rng.normal(size=(3, 300))
+    zeros, poles = np.zeros(302), np.zeros(302)
+    for t in range(300):
+        before, last = (x[t - 2] if t > 1 else 0.0), (x[t - 1] if t else 0.0)
+        zeros[t + 2] = b0[t] * x[t] + b1[t] * last + b2[t] * before
+        poles[t + 2] = x[t] - a1[t] * poles[t + 1] - a2[t] * poles[t]
+    np.testing.assert_allclose(formant._zeros(x, b0, b1, b2), zeros[2:], atol=1e-12)
+    np.testing.assert_allclose(formant._poles(x.copy(), a1, a2), poles[2:], rtol=1e-9)
+
+
+def test_filters_that_stay_are_those_of_scipy() -> None:
+    x = np.random.default_rng(1).normal(size=2000)
+    section = np.array([0.2, 0.0, 0.0, 1.0, -1.6, 0.9])
+    b0, b1, b2, _, a1, a2 = (np.full(2000, c) for c in section)
+    ours = formant._poles(formant._zeros(x, b0, b1, b2), a1, a2)
+    np.testing.assert_allclose(ours, scipy.signal.sosfilt(section[None], x), atol=1e-10)
