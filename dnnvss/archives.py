@@ -63,24 +63,25 @@ def check_sizes(file: IO[bytes], path: Path, remedy: str, most: int) -> None:
 def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
     """One array, whose header promises as much as there is."""
     with archive.open(member) as file:
-        shape, dtype = _header(file)
+        shape, columns, dtype = _header(file)
         promised = dtype.itemsize
         for size in shape:
             promised *= size
         if min(shape, default=0) < 0 or not dtype.itemsize or promised != member.file_size - file.tell():
             raise ValueError(f"{member.filename} has no {dtype} of the shape {shape}")
-    with archive.open(member) as file:
-        return np.lib.format.read_array(file, allow_pickle=False)
+        values = np.frombuffer(bytearray(file.read()), dtype)
+        return values.reshape(shape, order="F" if columns else "C")
 
 
-def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
-    """Shape and type in the header of an array; the file then stands at its first value."""
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether columns lie together, and type in the header of an array; the file then stands at its first
+    value."""
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    shape, _, dtype = read(file)
+    shape, columns, dtype = read(file)
     if dtype.hasobject:
         raise ValueError("it holds objects, not numbers")
-    return shape, dtype
+    return shape, columns, dtype
 
 
 @dataclass(frozen=True)

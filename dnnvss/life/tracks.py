@@ -85,9 +85,13 @@ class Tracks:
         lids = np.column_stack([self.whole, self.eyes])
         for clip in self:
             bare = np.flatnonzero(~self.blinking[clip])
-            if len(bare):
-                at = np.arange(clip.stop - clip.start)
-                lids[clip] = np.stack([np.interp(at, bare, column[bare]) for column in lids[clip].T], axis=1)
+            if 0 < len(bare) < clip.stop - clip.start:
+                at = np.flatnonzero(self.blinking[clip])
+                behind = np.searchsorted(bare, at)
+                before, after = bare[np.maximum(behind - 1, 0)], bare[np.minimum(behind, len(bare) - 1)]
+                share = np.clip((at - before) / np.maximum(after - before, 1), 0, 1)[:, None]
+                own = lids[clip]
+                own[at] = own[before] + share * (own[after] - own[before])
         return lids
 
 

@@ -145,8 +145,7 @@ class Patch:
     def _sharpened(self, texture: np.ndarray) -> np.ndarray:
         warp = self.model.warp
         picture = warp.picture(texture.astype(np.float32))
-        weight = np.maximum(cv2.GaussianBlur(self._known.astype(np.float32), (0, 0), _BLUR), 1e-3)
-        blurred = cv2.GaussianBlur(picture, (0, 0), _BLUR) / weight[..., None]
+        blurred = cv2.GaussianBlur(picture, (0, 0), _BLUR) / self._near
         sharp = picture + self.sharpness * self._mouth[..., None] * (picture - blurred)
         return sharp.reshape(-1, 3)[warp.pixels]
 
@@ -156,6 +155,11 @@ class Patch:
         known = np.zeros(self.model.warp.size, dtype=bool)
         known.ravel()[self.model.warp.pixels] = True
         return known
+
+    @cached_property
+    def _near(self) -> np.ndarray:
+        """The share (H, W_, 1) of what a blur sees around each pixel that lies in the mesh."""
+        return np.maximum(cv2.GaussianBlur(self._known.astype(np.float32), (0, 0), _BLUR), 1e-3)[..., None]
 
     @cached_property
     def _mouth(self) -> np.ndarray:
