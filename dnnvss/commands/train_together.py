@@ -87,7 +87,8 @@ def _reading(training: Together) -> Iterator[None]:
 def _trained(training: Together) -> float:
     helper = process_number() > 0
     folders = training.folders
-    begin_together(training.folder, folders, next(iter(training.settings.values())).overwrite)
+    if not helper:
+        begin_together(training.folder, folders, next(iter(training.settings.values())).overwrite)
     settings = {name: replace(own, overwrite=False) for name, own in training.settings.items()}
     ended = {name: begin(folders[name], own, training.corpora[name], first=not helper)
              for name, own in settings.items()}

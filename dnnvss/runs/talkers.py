@@ -50,7 +50,8 @@ def talker_run(folder: Path, talker: str | None) -> Path:
     runs = TalkersIndex.load(folder).talkers
     known = ", ".join(runs)
     if talker is None:
-        raise DnnvssError(f"holds runs of {known}", file=folder, remedy=f"Add talker=NAME, one of {known}")
+        raise DnnvssError(f"holds runs of {known}", file=folder,
+                          remedy="Add talker=NAME, or name the folder of one of them in it")
     if talker not in runs:
         raise DnnvssError(f"holds no run of talker={talker}", file=folder, remedy=f"Use one of {known}")
     path = files.inside(folder, runs[talker])

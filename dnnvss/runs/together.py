@@ -125,8 +125,8 @@ class TogetherFit:
         shutil.rmtree(TogetherFiles(self.folder).parts, ignore_errors=True)
 
     def _fit(self, examples: Mapping[str, Examples], folder: Path) -> dict[str, NetworkModel]:
-        settings = next(iter(self.materials.values())).settings
-        model = make_model(settings, settings.task)
-        fit = TalkersFit(model.table, model.clock, model.settings, settings.balance)
+        first = next(iter(self.materials.values()))
+        model = make_model(first.settings, first.settings.task)
+        fit = TalkersFit(model.table, model.clock, model.settings, first.settings.balance, first.encoded.face)
         train, val = ({name: own[kind] for name, own in examples.items()} for kind in ("train", "val"))
         return fit(train, val, folder)

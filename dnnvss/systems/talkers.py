@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -10,8 +11,10 @@ import torch
 from torch import Tensor
 
 from dnnvss import files
+from dnnvss.face.base import Face
 from dnnvss.features import CodeStore, FeatureTable, NumericScaler
-from dnnvss.systems.base import Example, moments
+from dnnvss.systems.base import Example, Prediction, moments
+from dnnvss.systems.figures import trajectory_figure
 from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, filled
 from dnnvss.systems.network import STILL, NetworkModel, NetworkSettings
 from dnnvss.systems.unheard import heard_phones, lend_weights
@@ -128,10 +131,12 @@ class TalkersFit:
     Args:
         table, clock, settings: as of :class:`NetworkModel`.
         balance: see :func:`repeats`.
+        face: of the first talker, where figures of the fit are to show it.
     """
 
-    def __init__(self, table: FeatureTable, clock: FrameClock, settings: NetworkSettings, balance: float) -> None:
-        self.table, self.clock, self.settings, self.balance = table, clock, settings, balance
+    def __init__(self, table: FeatureTable, clock: FrameClock, settings: NetworkSettings, balance: float,
+                 face: Face | None = None) -> None:
+        self.table, self.clock, self.settings, self.balance, self.face = table, clock, settings, balance, face
         self.plan = NetworkPlan.read(settings.network)
 
     def __call__(self, train: Heard, val: Heard, folder: Path) -> dict[str, NetworkModel]:
@@ -175,8 +180,15 @@ class TalkersFit:
         streams, parameters = faces[0][0], [size for _, size in faces]
         network = TalkersNetwork(self.plan, sizes, parameters, streams * (2 if self.settings.variances else 1))
         kind = UtteranceRegression if self.plan.cls.over_time else FrameRegression
+        first, shown = next(iter(models)), NetworkModel(self.table, self.clock, self.settings)
+
+        def preview(example: Example) -> Prediction:
+            vars(shown).update(vars(models[first]), networks_=[network.of(0).eval()])
+            return shown.predict(example)
+
         run_fit(network, kind(settings, streams, max(parameters)), descent(settings),
-                self._batches(models, train, folder, seed), self._batches(models, val, folder), settings, folder)
+                self._batches(models, train, folder, seed), self._batches(models, val, folder), settings, folder,
+                partial(trajectory_figure, val[first][0], preview, self.face))
         return network
 
     def _batches(self, models: Mapping[str, NetworkModel], heard: Heard, folder: Path,

@@ -128,6 +128,14 @@ def test_a_run_is_running_while_its_lock_is_held(tmp_path: Path) -> None:
         assert state_of(run) == (RUNNING, "fitted, being evaluated")
 
 
+def test_a_run_of_several_talkers_is_running_while_their_training_is(tmp_path: Path) -> None:
+    touch(tmp_path / "both" / "talkers.json", '{"talkers": {"ann": "ann-1"}}')
+    run = touch(tmp_path / "both" / "ann-1" / "run.json", "{}").parent
+    assert state_of(run)[0] == STOPPED
+    with locked(tmp_path / "both"):
+        assert state_of(run) == (RUNNING, "being fitted")
+
+
 def test_a_document_lets_only_its_own_script_run() -> None:
     page = document("t", "<p>x</p>", script="let a = 1;", data='{"a": "</script><script>evil()"}')
     assert only("let a = 1;") in page and "</script><script>evil" not in page

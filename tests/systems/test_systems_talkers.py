@@ -115,6 +115,13 @@ def test_a_talker_of_two_sentences_learns_from_another(talkers: dict[str, Split]
     assert error(fitted["bob"]) < error(alone) - 0.02
 
 
+def test_figures_of_the_fit_are_those_of_the_first_talker(talkers: dict[str, Split], tmp_path: Path) -> None:
+    shown = replace(settings(1), fit=replace(settings(1).fit, figure_every=1))
+    TalkersFit(TABLE, CLOCK, shown, 0.5)(given(talkers, "train"), given(talkers, "val"), tmp_path)
+    events = b"".join(path.read_bytes() for path in (tmp_path / "tensorboard").glob("events*"))
+    assert b"PNG" in events and b"trajectory" in events
+
+
 def test_a_fit_that_was_killed_goes_on_to_the_same_weights(talkers: dict[str, Split], tmp_path: Path,
                                                            monkeypatch: pytest.MonkeyPatch) -> None:
     train, val = given(talkers, "train"), given(talkers, "val")

@@ -8,6 +8,7 @@ from typing import Any
 
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.talkers import is_together
 from dnnvss.staging import abandoned
 from dnnvss.studio.areas.area import Area, Item, Link
 from dnnvss.studio.areas.curves import FitCurves
@@ -44,10 +45,18 @@ def state_of(folder: Path) -> tuple[str, str]:
     if places.finished:
         return FINISHED, "evaluated"
     far = "fitted, being evaluated" if places.model.is_file() else "being fitted"
-    lock = folder.parent / f".{folder.name}.lock"
-    if lock.is_file() and not abandoned(lock):
+    if any(lock.is_file() and not abandoned(lock) for lock in (_lock(folder), _lock(_training(folder)))):
         return RUNNING, far
     return STOPPED, f"it ended while {far.removeprefix('fitted, ')}; the same command goes on from there"
+
+
+def _training(folder: Path) -> Path:
+    """Where the fit of a run lies: in its own folder, or in that of several talkers' training."""
+    return folder.parent if is_together(folder.parent) else folder
+
+
+def _lock(folder: Path) -> Path:
+    return folder.parent / f".{folder.name}.lock"
 
 
 def _item(thing: Thing) -> Item:
@@ -60,7 +69,7 @@ def _item(thing: Thing) -> Item:
 
 def _page(thing: Thing) -> Page:
     """Curves and pictures of a run."""
-    curves = FitCurves(thing.folder)
+    curves = FitCurves(_training(thing.folder))
     return Page("", (Route("GET", "/fits", lambda asked: _told(thing.folder, curves)),
                      Route("GET", "/picture", lambda asked: _picture(curves, asked)),
                      *documents(thing.folder, _SHOWN).routes))
