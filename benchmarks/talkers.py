@@ -13,6 +13,7 @@ import tempfile
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -36,14 +37,15 @@ from dnnvss.systems.talkers import TalkersFit
 Said = dict[str, np.ndarray]
 
 
-def heard(folder: Path, given: list[str], clips: int) -> dict[str, list[Example]]:
+def heard(folder: Path, given: list[str], clips: int) -> Material:
     """Training and validation sentences of a talker who is not scored; some of the training sentences alone."""
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         settings = run_settings(compose("train", ["corpus=folder", f"corpus.name={folder.name}", "corpus.raw=none",
                                                   f"corpus.out={folder}", "folds=0", *given]))
     corpus = Corpus.open(folder)
-    examples = gather(settings, corpus, encode(settings, corpus)).examples
-    return {"train": shuffled(examples["train"])[: clips or None], "val": examples["val"]}
+    made = gather(settings, corpus, encode(settings, corpus))
+    some = shuffled(made.examples["train"])[: clips or None]
+    return replace(made, examples={"train": some, "val": made.examples["val"]})
 
 
 def alone(made: Material, name: str, folds: int) -> Said:
@@ -57,17 +59,17 @@ def alone(made: Material, name: str, folds: int) -> Said:
     return said
 
 
-def together(made: dict[str, Material], others: dict[str, dict[str, list[Example]]], balance: float,
-             folds: int) -> dict[str, Said]:
+def together(made: dict[str, Material], others: dict[str, Material], balance: float, folds: int) -> dict[str, Said]:
     """The left-out sentences of each talker by joint networks."""
     first = next(iter(made.values())).settings
     settings = read_system(first.model_name, first.model)[1]
-    fit = TalkersFit(first.task.table, first.task.clock, settings, balance)
+    faces = {name: own.encoded.face for name, own in {**made, **others}.items()}
+    fit = TalkersFit(first.task.table, first.task.clock, settings, balance, faces)
     said: dict[str, Said] = {name: {} for name in made}
     dealt = {name: folded(own.examples["test"], folds) for name, own in made.items()}
     for k in range(folds):
-        given = [{**{name: own[k][kind] for name, own in dealt.items()}, **{n: own[kind] for n, own in others.items()}}
-                 for kind in ("train", "val")]
+        given = [{**{name: own[k][kind] for name, own in dealt.items()},
+                  **{name: own.examples[kind] for name, own in others.items()}} for kind in ("train", "val")]
         with tempfile.TemporaryDirectory() as scratch:
             models = fit(*given, Path(scratch))
         for name, own in dealt.items():

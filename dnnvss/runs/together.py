@@ -127,6 +127,7 @@ class TogetherFit:
     def _fit(self, examples: Mapping[str, Examples], folder: Path) -> dict[str, NetworkModel]:
         first = next(iter(self.materials.values()))
         model = make_model(first.settings, first.settings.task)
-        fit = TalkersFit(model.table, model.clock, model.settings, first.settings.balance, first.encoded.face)
+        fit = TalkersFit(model.table, model.clock, model.settings, first.settings.balance,
+                          {name: own.encoded.face for name, own in self.materials.items()})
         train, val = ({name: own[kind] for name, own in examples.items()} for kind in ("train", "val"))
         return fit(train, val, folder)

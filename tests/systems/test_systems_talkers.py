@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 from conftest import CLOCK, TABLE, make_example, of_layers
 
+from dnnvss.face.base import APERTURE, Gauge
 from dnnvss.features import CodeStore
 from dnnvss.systems import Example
 from dnnvss.systems.frame_network import NetworkPlan
@@ -56,6 +58,44 @@ def test_the_network_of_a_talker_says_what_the_shared_one_says_with_the_code(net
             alone = shared.of(talker).eval()(torch.from_numpy(codes.active(frames)), numeric).reshape(-1, 3, size)
         torch.testing.assert_close(told[:, :, :size], alone, atol=1e-5, rtol=1e-5)
         assert not told[:, :, size:].any() and alone.std() > 0.01
+
+
+def test_what_talkers_share_is_theirs_together_and_goes_with_the_fit(examples: Split) -> None:
+    shared = TalkersNetwork(NetworkPlan.read(of_layers(8)), SIZES, [3, 2], rows=3, shared=1)
+    codes = CodeStore.join({"a": examples["val"][0].codes})
+    own = TalkerCodes(codes, np.ones(len(codes), int), 2)
+    frames = np.arange(len(codes))
+    told = shared(torch.from_numpy(own.active(frames)), torch.from_numpy(codes.numeric(frames))).unflatten(1, (3, 4))
+    assert not told[:, :, 2].any()  # the parameter that this talker's face has not
+    told[:, :, 3].square().sum().backward()
+    last = list(shared.inside.parameters())[-1].grad
+    assert last is not None and len(last) == 18 and not last[:15].any() and last[15:].all()
+    assert shared.of(0).out == 9 and shared.of(1).out == 6
+
+
+def test_gauges_of_the_lips_are_told_in_the_talkers_own_deviations(talkers: dict[str, Split], tmp_path: Path) -> None:
+    def face(*vector: float) -> SimpleNamespace:
+        return SimpleNamespace(gauges={APERTURE: Gauge(APERTURE, np.array(vector), 5.0),
+                                       **({"nose": Gauge("nose", np.array(vector), 0.0)} if len(vector) == 3 else {})})
+
+    faces = {"ann": face(1, 2, 0), "bob": face(0, -3)}
+    fit = TalkersFit(TABLE, CLOCK, settings(1), 0.5, faces)  # type: ignore[arg-type]
+    told: list[np.ndarray] = []
+    real = fit._batches
+
+    def watched(scaler: object, told_of: dict, *more: object) -> object:
+        told.extend(told_of[name](np.concatenate([e.measured[0] for e in talkers[name]["train"]])) for name in told_of)
+        return real(scaler, told_of, *more)  # type: ignore[arg-type]
+
+    fit._batches = watched  # type: ignore[method-assign, assignment]
+    fitted = fit(given(talkers, "train"), given(talkers, "val"), tmp_path)
+    for name, rows in zip(talkers, told, strict=False):
+        values = rows.reshape(len(rows), 3, 4)[:, :, 3]  # three parameters at most, one gauge
+        np.testing.assert_allclose(values.std(axis=0), 1, atol=1e-3)
+        static = np.concatenate([e.measured[0][:, 0] for e in talkers[name]["train"]]).astype(float)
+        aperture = faces[name].gauges[APERTURE](static)
+        np.testing.assert_allclose(values[:, 0], (aperture - aperture.mean()) / aperture.std(), atol=1e-3)
+        assert fitted[name].predict(talkers[name]["test"][0]).mean.shape[2] == len(faces[name].gauges[APERTURE].vector)
 
 
 def test_a_frame_teaches_the_outputs_of_its_own_talker_alone(examples: Split) -> None:
