@@ -1,6 +1,7 @@
 """Settings without hydra are those that hydra gives; every setting of ``conf/`` refuses a value of another type."""
 
 from collections.abc import Sequence
+from dataclasses import fields
 from functools import cache
 from typing import Any
 
@@ -56,9 +57,10 @@ def names_of(values: dict[str, Any], above: str = "") -> set[str]:
     return found
 
 
+GROUPS = {group: [choice for choice in choices([CONF], group) if (group, choice) != ("corpus", "several")]
+          for group in groups(CONF, "train") if group not in ("preset", "experiment", "debug")}
 BASES = {
-    "train": [[], *([f"{group}={choice}"] for group in groups(CONF, "train") for choice in choices([CONF], group)
-                    if group not in ("preset", "experiment", "debug") and (group, choice) != ("corpus", "several"))],
+    "train": [[], *([f"{group}={choice}"] for group, own in GROUPS.items() for choice in own)],
     "prepare": [[f"corpus={choice}", "corpus.raw=x"] for choice in choices([CONF], "corpus") if choice != "several"],
     "synth": [[], *([f"{group}={choice}"] for group in ("style", "speech") for choice in choices([CONF], group))],
 }
@@ -80,14 +82,25 @@ def changed(values: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
 
 
 @cache
+def one_of_each(number: int) -> DictConfig:
+    """The settings of a training with the choice of this number of every group that has so many."""
+    return composed(train.COMMAND, *(f"{group}={own[number]}" for group, own in GROUPS.items() if number < len(own)))
+
+
+@cache
 def everything(name: str) -> dict[str, Any]:
     """The settings of a command with the defaults of all groups; a test of its own walks through them."""
     return plain_settings(composed(COMMANDS[name], *BASES[name][0]))
 
 
-def refusals(name: str, values: dict[str, Any], typed: Sequence[Override]) -> list[str | None]:
-    """What is said of a setting that is typed with each of the wrong values; None where it is taken."""
+def refusals(name: str, values: dict[str, Any], whole: Any, typed: Sequence[Override]) -> list[str | None]:
+    """What is said of a setting that is typed with each of the wrong values; None where it is taken.
+
+    Of ``values`` only the group of the setting is read again; the others are taken as they are in ``whole``.
+    """
     said: list[str | None] = []
+    head = typed[0].key.partition(".")[0]
+    values = {**{f.name: getattr(whole, f.name) for f in fields(whole) if f.init}, head: values[head]}
     for own in typed:
         value = parsed(Override("", "value", own.value, own.text).for_hydra())
         try:
@@ -101,14 +114,15 @@ def refusals(name: str, values: dict[str, Any], typed: Sequence[Override]) -> li
 @pytest.mark.parametrize("name, chosen", [(n, tuple(c)) for n, bases in BASES.items() for c in bases],
                          ids=lambda v: " ".join(v) if isinstance(v, tuple) else v)
 def test_every_setting_refuses_a_value_of_another_type_in_one_line(name: str, chosen: tuple[str, ...]) -> None:
-    config = composed(COMMANDS[name], *chosen)
-    typed_settings(COMMANDS[name], config)  # as it stands it is taken
+    group, _, choice = chosen[0].partition("=") if chosen else ("", "", "")
+    config = (one_of_each(GROUPS[group].index(choice)) if name == "train" and group
+              else composed(COMMANDS[name], *chosen))
+    whole = typed_settings(COMMANDS[name], config)  # as it stands it is taken
     own = plain_settings(config)
-    group = chosen[0].partition("=")[0] if chosen and "=" in chosen[0] else ""
     keys = sorted(names_of({group: own[group]}) - names_of(everything(name)) if group else names_of(own))
     typed = parse_arguments(COMMANDS[name], [f"{key}={wrong}" for key in keys for wrong in WRONG]).overrides
     for key, wrongs in zip(keys, (typed[at:at + len(WRONG)] for at in range(0, len(typed), len(WRONG))), strict=True):
-        said = refusals(name, own, wrongs)
+        said = refusals(name, own, whole, wrongs)
         texts = [text for text in said if text is not None]
         assert all("\n" not in text and key.partition(".")[0] in text for text in texts), (key, texts)
         if not is_text(COMMANDS[name].root, key):
