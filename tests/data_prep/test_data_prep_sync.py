@@ -32,7 +32,7 @@ def clip(late, rng, seconds=2.5):
 
 
 def test_late_sound_is_found(tmp_path, monkeypatch):
-    monkeypatch.setattr(heard_lips, "_STEPS", 120)
+    monkeypatch.setattr(heard_lips, "_STEPS", 60)
     rng = np.random.default_rng(0)
     late = dict(zip([f"c{k:02}" for k in range(64)], rng.normal(0, 0.03, 64).round(3), strict=True))
     seen, sounds = {}, {}

@@ -190,7 +190,8 @@ def test_frames_that_were_not_measured_do_not_count(examples: dict[str, list[Exa
 @causal
 def test_a_causal_system_streams_what_it_predicts(settings: dict, variances: bool, tmp_path: Path,
                                                   examples: dict[str, list[Example]]) -> None:
-    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(settings, FIT, members=2, variances=variances))
+    model = NetworkModel(TABLE, CLOCK, NetworkModel.Settings(settings, replace(FIT, epochs=1), members=2,
+                                                           variances=variances))
     model.fit(examples["train"], examples["val"], tmp_path)
     codes, stream = examples["test"][0].codes, model.stream()
     found = []
