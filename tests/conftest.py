@@ -9,6 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from slowest import (  # noqa: F401
+    pytest_addoption,
+    pytest_runtest_call,
+    pytest_runtest_setup,
+    pytest_terminal_summary,
+)
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
