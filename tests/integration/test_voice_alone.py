@@ -21,7 +21,7 @@ from dnnvss.synthesis.request import Recording, SpeakRequest
 from dnnvss.synthesis.speak import speak
 
 FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
-        "aam.modes=8", "jobs=1", "sample=false"]
+        "aam.modes=8", "jobs=1", "sample=false", "folds=0"]
 
 
 def command(home: Path, name: str, *given: str) -> None:

@@ -154,7 +154,7 @@ def home(encoded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
              "labels.blocks=[logmel,logmel_window,energy]", "+labels.logmel_offsets=[-4,2]", "model=recurrent",
              "model.network.width=16", "model.network.lookahead=5", "trainer.epochs=2", "trainer.progress=false",
              "trainer.figure_every=0",
-             "trainer.accelerator=cpu", "aam.modes=8", "jobs=1", "sample=false"]
+             "trainer.accelerator=cpu", "aam.modes=8", "jobs=1", "sample=false", "folds=0"]
     train(composed("train", *given))
     corpus = Corpus.open(home / "demo")
     sound = corpus.sound(corpus.split("test")[0])
