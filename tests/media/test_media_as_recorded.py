@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from films import BACK, HALF, MIRRORED, QUARTER, film, number_of, pictures, tone
 
-from dnnvss.media import read_audio, read_video, timed_audio, video_frames, video_info
+from dnnvss.errors import DnnvssError
+from dnnvss.media import read_audio, read_video, timed_audio, video_frames, video_info, write_wav
 
 
 @pytest.mark.parametrize("matrix, size, corner", [
@@ -86,3 +87,27 @@ def test_sound_of_any_rate_keeps_its_pitch(tmp_path: Path, rate: int) -> None:
     sound = read_audio(path)
     peak = int(np.abs(np.fft.rfft(sound[:16000])).argmax())
     assert abs(peak - 440) <= 1
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.1])
+def test_a_wav_of_ours_is_what_ffmpeg_hears_in_it(tmp_path: Path, offset: float) -> None:
+    wav = write_wav(tmp_path / "a.wav", np.random.default_rng(0).normal(offset, 0.1, 5001), 16000)
+    (tmp_path / "a.bin").write_bytes(wav.read_bytes())  # under this name FFmpeg reads it
+    ours, theirs = timed_audio(wav), timed_audio(tmp_path / "a.bin")
+    np.testing.assert_array_equal(ours[0], theirs[0])
+    assert ours[1] == theirs[1] == 0 and ours[0].dtype == theirs[0].dtype
+
+
+@pytest.mark.parametrize("at, value", [(16, 255), (22, 0), (41, 255), (36, 0)])
+def test_a_wav_with_a_damaged_head_is_left_to_ffmpeg(tmp_path: Path, at: int, value: int) -> None:
+    wav = write_wav(tmp_path / "a.wav", np.random.default_rng(0).normal(0, 0.1, 500), 16000)
+    data = bytearray(wav.read_bytes())
+    data[at] = value
+    found = []
+    for path in (wav, tmp_path / "a.bin"):
+        path.write_bytes(data)
+        try:
+            found.append(read_audio(path).tolist())
+        except DnnvssError as error:
+            found.append(error.problem.replace(path.name, ""))
+    assert found[0] == found[1]
