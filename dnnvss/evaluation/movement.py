@@ -103,23 +103,22 @@ def dtw(reference: np.ndarray, predicted: np.ndarray, band: int) -> float:
     frames = len(r)
     if not frames:
         return float("nan")
-    # cost[j] and pairs[j] belong to the cell (i, i + j - band) of row i
+    # own[i, j], and cost[j] and pairs[j] in row i, belong to the cell (i, i + j - band)
     width = 2 * band + 1
-    cost, pairs = np.full(width, np.inf), np.zeros(width, int)
-    for i in range(frames):
-        columns = np.arange(i - band, i + band + 1)
-        known = (columns >= 0) & (columns < frames)
-        own = np.full(width, np.inf)
-        own[known] = np.sqrt(((r[i] - p[columns[known]]) ** 2).sum(axis=-1))
-        above, diagonal = np.append(cost[1:], np.inf), cost
-        entry = np.where(diagonal <= above, diagonal, above)
-        count = np.where(diagonal <= above, pairs, np.append(pairs[1:], 0))
-        if i == 0:
-            entry[band], count[band] = 0.0, 0
-        cost, pairs = own + entry, count + 1
-        for j in range(1, width):  # steps along the row depend on one another
-            if own[j] + cost[j - 1] < cost[j]:
-                cost[j], pairs[j] = own[j] + cost[j - 1], pairs[j - 1] + 1
+    own = np.full((frames, width), np.inf)
+    for j in range(max(band - frames, 0), min(band + frames, width)):
+        first, end = max(band - j, 0), min(frames + band - j, frames)
+        own[first:end, j] = np.sqrt(((r[first:end] - p[first + j - band : end + j - band]) ** 2).sum(axis=-1))
+    cost, pairs = [np.inf] * (width + 1), [0] * (width + 1)
+    cost[band] = 0.0
+    for row in own.tolist():
+        left, behind = np.inf, 0
+        for j, distance in enumerate(row):  # steps along the row depend on one another
+            best, count = (cost[j], pairs[j]) if cost[j] <= cost[j + 1] else (cost[j + 1], pairs[j + 1])
+            if left < best:
+                best, count = left, behind
+            left, behind = best + distance, count + 1
+            cost[j], pairs[j] = left, behind
     return float(cost[band] / pairs[band])
 
 
