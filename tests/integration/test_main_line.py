@@ -3,13 +3,15 @@
 import json
 import pickle
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import composed, run_command
+from conftest import ROOT, composed, run_command
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
@@ -36,7 +38,10 @@ from dnnvss.synthesis import outputs
 from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.speak import replace_unseen
 from dnnvss.synthesis.speak import speak as speak_purely
+from dnnvss.systems.network import NetworkModel
+from dnnvss.systems.plain_network import PlainNetwork
 from dnnvss.timing import Alignment, FrameClock, Tier
+from dnnvss.training.checkpoints import load_checkpoint, save_checkpoint
 
 QUICK = ["trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu", "aam.modes=8", "jobs=1",
          "sample=false", "folds=0"]
@@ -155,6 +160,32 @@ def test_speaking_reads_prints_and_writes_nothing(home: Path, capfd: pytest.Capt
     names = {key.name for key in spoken.keys(["aperture", "aam01"], [0.25, 0.75])}
     assert names == {"aperture", "aam01"} and spoken.plan.alignment["phones"][0].end == pytest.approx(0.1)
     assert capfd.readouterr() == ("", "") and sorted(p.stat().st_mtime_ns for p in home.rglob("*")) == before
+
+
+def test_a_run_of_a_network_speaks_without_torch(home: Path, tmp_path: Path) -> None:
+    slow = "{'torch', 'lightning', 'hydra', 'sklearn', 'pocketsphinx', 'scipy.interpolate', 'scipy.optimize'}"
+    program = (f"import atexit, runpy, sys; atexit.register(lambda: print('LOADED', *{slow} & set(sys.modules))); "
+               "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')")
+    done = subprocess.run([sys.executable, "-c", program, ROOT / "synth.py", f"run={home}/runs/ph", "text=hello there",
+                           "speech=none", f"out={tmp_path}/a.mp4"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "LOADED" and (tmp_path / "a.png").is_file()
+    run = Run.open(home / "runs" / "ph")
+    assert isinstance(run.model, PlainNetwork) and isinstance(run.trained, NetworkModel)
+    example = run.example(Corpus.open(home / "demo").split("test")[0])
+    ours, theirs = run.model.predict(example), run.trained.predict(example)
+    np.testing.assert_allclose(ours.mean, theirs.mean, atol=1e-5 * np.abs(theirs.mean).max())
+
+
+def test_a_run_of_before_is_opened(home: Path, tmp_path: Path) -> None:
+    """Its system lies in a file of torch's."""
+    run = home / "runs" / "ph"
+    for name in ("config.yaml", "run.json"):
+        shutil.copyfile(run / name, tmp_path / name)
+    save_checkpoint(tmp_path / "model.pt", load_checkpoint(run / "model.npz"))
+    example = Run.open(run).example(Corpus.open(home / "demo").split("test")[0])
+    ours, theirs = (Run.open(folder).model.predict(example) for folder in (tmp_path, run))
+    np.testing.assert_allclose(ours.mean, theirs.mean, atol=1e-5 * np.abs(theirs.mean).max())
 
 
 def test_killed_evaluation_resumes_to_the_same_numbers(home: Path) -> None:
