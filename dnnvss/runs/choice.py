@@ -9,7 +9,9 @@ from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.talkers import run_folders
-from dnnvss.systems.registry import systems
+from dnnvss.systems import VisualModel
+from dnnvss.systems.plain_network import PlainNetwork
+from dnnvss.systems.registry import found
 
 _REMEDY = "Train one first: python train.py corpus=demo"
 SPOKEN = frozenset({"phones", "words", "visemes"})
@@ -37,7 +39,10 @@ class Candidate:
     @property
     def needs(self) -> frozenset[str]:
         """What an utterance must have."""
-        system = systems().get(str(self.settings.model.get("system", self.settings.model_name)))
+        model = self.settings.model
+        if PlainNetwork.serves(model):
+            return self.settings.task.table.needs | PlainNetwork.looks_up
+        system = found(VisualModel, "system", str(model.get("system", self.settings.model_name)))
         own = frozenset[str]() if system is None else system.looks_up
         return self.settings.task.table.needs | own
 

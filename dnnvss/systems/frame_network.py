@@ -116,13 +116,13 @@ class NetworkPlan:
         Raises:
             DnnvssError: no such kind, or a setting that it refuses.
         """
-        from dnnvss.systems.registry import declared
+        from dnnvss.systems.registry import declared, found
 
-        kind, known = str(mapping.get("kind")), declared(FrameNetwork, "kind")
-        if kind not in known:
-            raise unknown_setting(f"{where}.kind={kind}", [f"{where}.kind={k}" for k in known])
+        kind = str(mapping.get("kind"))
+        if (network := found(FrameNetwork, "kind", kind)) is None:
+            raise unknown_setting(f"{where}.kind={kind}", [f"{where}.kind={k}" for k in declared(FrameNetwork, "kind")])
         own = {k: v for k, v in mapping.items() if k != "kind"}
-        return cls(known[kind], read_settings(known[kind].Settings, own, where))
+        return cls(network, read_settings(network.Settings, own, where))
 
     def build(self, *, binary: int, numeric: int, active: int, out: int) -> FrameNetwork:
         """A new network with the weights that torch's seed gives."""

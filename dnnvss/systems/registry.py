@@ -73,9 +73,10 @@ def read_system(name: str, mapping: Mapping[str, Any], where: str = "model",
         DnnvssError: no such system, or a setting that it refuses.
     """
     kind = str(mapping.get("system", name))
-    if kind not in (known := systems()):
-        raise unknown_setting(f"{where}.system={kind}", [f"{where}.system={other}" for other in known])
-    cls, own = known[kind], {k: v for k, v in mapping.items() if k not in ("name", "system")}
+    cls = found(VisualModel, "system", kind)
+    if cls is None:
+        raise unknown_setting(f"{where}.system={kind}", [f"{where}.system={other}" for other in systems()])
+    own = {k: v for k, v in mapping.items() if k not in ("name", "system")}
     if isinstance(own.get("fit"), Mapping) and "fit" in {f.name for f in fields(cls.Settings)}:
         own["fit"] = read_settings(FitSettings, own["fit"], fit)
     return cls, read_settings(cls.Settings, own, where)
@@ -124,6 +125,20 @@ def driven_by(cls: type[VisualModel], table: FeatureTable) -> str:
 def null_systems(table: FeatureTable, clock: FrameClock) -> dict[str, VisualModel]:
     """The untrained null models by title, which look at none of the columns of the table."""
     return {name.replace("_", " "): cls(table, clock) for name, cls in systems().items() if cls.null}
+
+
+def found(base: type, name: str, value: str) -> type[Any] | None:
+    """The subclass of ``base`` whose class variable ``name`` is ``value``, None where there is none.
+
+    The module of that name is looked into first: most have one, and then no other is imported.
+    """
+    package = importlib.import_module(__package__)
+    if value in {module.name for module in pkgutil.iter_modules(package.__path__)}:
+        own = vars(importlib.import_module(f"{package.__name__}.{value}")).values()
+        for cls in own:
+            if isinstance(cls, type) and issubclass(cls, base) and vars(cls).get(name) == value:
+                return cls
+    return declared(base, name).get(value)
 
 
 def declared(base: type, name: str) -> dict[str, type[Any]]:
