@@ -159,7 +159,7 @@ def _wrong_type(d):
 
 
 def _many_faces(d):
-    d["meshes"][0]["primitives"] *= 400_000
+    d["meshes"][0]["primitives"] *= 150_000
 
 
 def _text(d):
