@@ -9,11 +9,12 @@ from torch import Tensor, nn
 
 from dnnvss.systems.frame_network import FrameNetwork
 from dnnvss.systems.layers import FeedForwardSettings
+from dnnvss.training.brief import Linear, Tanh
 from dnnvss.training.code_product import code_product, multiplies
 from dnnvss.training.code_sum import code_sum
 from dnnvss.training.dropout import Dropout
 
-ACTIVATIONS: dict[str, Callable[[], nn.Module]] = {"tanh": nn.Tanh, "sigmoid": nn.Sigmoid, "relu": nn.ReLU}
+ACTIVATIONS: dict[str, Callable[[], nn.Module]] = {"tanh": Tanh, "sigmoid": nn.Sigmoid, "relu": nn.ReLU}
 
 
 class CodeLinear(nn.Module):
@@ -96,7 +97,7 @@ class FeedForward(FrameNetwork):
 
     @staticmethod
     def _linear(before: int, after: int) -> nn.Linear:
-        layer = nn.Linear(before, after)
+        layer = Linear(before, after)
         nn.init.xavier_uniform_(layer.weight)
         nn.init.zeros_(layer.bias)
         return layer

@@ -89,3 +89,24 @@ def test_frames_of_each_column(columns: int) -> None:
     np.testing.assert_array_equal(starts[:4], [0, 2, 2, 4])
     assert starts[columns] == 4
     assert starts.shape == (columns + 1,)
+
+
+def test_large_batches_are_summed_of_bf16_where_that_is_asked_for() -> None:
+    torch.manual_seed(0)
+    active = torch.stack([torch.randperm(601)[:20] for _ in range(400)]).int()  # 600 is padding
+    weight = torch.randn(601, 32, requires_grad=True)
+    with torch.no_grad():
+        weight[600] = 0
+    slopes = torch.randn(400, 32)
+    (code_sum(active, weight) * slopes).sum().backward()
+    exact, weight.grad = weight.grad, None
+    with torch.autocast("cpu", torch.bfloat16):
+        brief = code_sum(active, weight)
+    assert brief.dtype == torch.bfloat16 and exact is not None
+    (brief * slopes).sum().backward()
+    sums = code_sum(active, weight.detach())
+    torch.testing.assert_close(brief.float(), sums, rtol=0.02, atol=0.06)
+    torch.testing.assert_close(weight.grad, exact, rtol=0.02, atol=0.06)
+    assert weight.grad.dtype == torch.float32 and not weight.grad[600].any()
+    with torch.autocast("cpu", torch.bfloat16):
+        assert code_sum(active[:100], weight).dtype == torch.float32  # too few to be worth it

@@ -1,9 +1,11 @@
 """Dropout with few random bits: its share, its scale, its gradient and its seed."""
 
+from collections.abc import Callable
+
 import pytest
 import torch
 
-from dnnvss.training.dropout import Dropout, keep_mask
+from dnnvss.training.dropout import Dropout, halves, keep_mask
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.8])
@@ -25,13 +27,15 @@ def test_gradient_passes_where_the_unit_passed() -> None:
     torch.testing.assert_close(units.grad, out.detach() / units.detach())
 
 
-def test_masks_follow_the_seed_and_neighbours_are_independent() -> None:
+@pytest.mark.parametrize("drawn", [lambda shape: keep_mask(shape, 0.5),
+                                   lambda shape: halves(shape, torch.bfloat16) / 2])
+def test_masks_follow_the_seed_and_neighbours_are_independent(drawn: Callable[[torch.Size], torch.Tensor]) -> None:
     torch.manual_seed(2)
-    first = keep_mask(torch.Size((1000, 401)), 0.5)
+    first = drawn(torch.Size((1000, 401)))
     assert first.shape == (1000, 401)
     torch.manual_seed(2)
-    assert torch.equal(first, keep_mask(torch.Size((1000, 401)), 0.5))
-    assert not torch.equal(first, keep_mask(torch.Size((1000, 401)), 0.5))
+    assert torch.equal(first, drawn(torch.Size((1000, 401))))
+    assert not torch.equal(first, drawn(torch.Size((1000, 401))))
     signs = 2 * first.double().flatten() - 1
-    for lag in (1, 2, 3, 4, 401):  # four places share a draw of 64 bits
+    for lag in (1, 2, 3, 4, 8, 64, 401):  # places that share a byte, or a draw of 64 bits
         assert abs((signs[lag:] * signs[:-lag]).mean().item()) < 4 / len(signs) ** 0.5
