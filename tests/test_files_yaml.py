@@ -23,7 +23,8 @@ def test_numbers_dates_and_references() -> None:
 
 
 @pytest.mark.parametrize("text", [
-    "a: 1\na: 2", "a: !!python/object/apply:os.system ['ls']", "a: [", "a: !!python/name:os"])
+    "a: 1\na: 2", "a: !!python/object/apply:os.system ['ls']", "a: [", "a: !!python/name:os",
+    pytest.param("a: " + 100_000 * "[" + 100_000 * "]", id="deep")])
 def test_what_is_no_plain_yaml_is_refused(text: str) -> None:
     with pytest.raises(yaml.YAMLError):
         read_yaml(text)

@@ -32,11 +32,20 @@ _PlainLoader.yaml_implicit_resolvers = {
     for first, resolvers in _PlainLoader.yaml_implicit_resolvers.items()}
 
 
+_DEEPEST = 50
+
+
 def read_yaml(text: str) -> Any:
     """What a text says, in plain containers; an empty one is an empty table. Nothing in it is looked up.
 
     Raises:
-        yaml.YAMLError: it is no YAML, holds a tag of Python's, or a key twice.
+        yaml.YAMLError: it is no YAML, holds a tag of Python's or a key twice, or is nested so deeply that the parser,
+            whose stack Python does not watch, would end the process.
     """
+    depth = 0
+    for event in yaml.parse(text, Loader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            raise yaml.YAMLError(f"holds more than {_DEEPEST} values in each other")
     found = yaml.load(text, _PlainLoader)
     return {} if found is None else found
