@@ -83,12 +83,14 @@ def _settle() -> None:
     """Let no environment decide whether a command ends well.
 
     Figures are only saved, so that a notebook's backend is of no use here; what a console cannot show is escaped.
-    Threads of OpenMP sleep until they have work, unless the environment says otherwise: by default they spin for it,
-    and where other programs keep the cores busy a step of a small network took 15 to 40 times as long. It is read when
-    torch is loaded, and so comes before.
+    Threads of OpenMP that wait for work go to sleep after half a millisecond, unless the environment says otherwise: by
+    default they spin for so long that beside programs which keep the cores busy a step of a small network took 15 to 40
+    times as long. Sleeping at once costs a network that is alone on the machine half as much time again. It is read
+    when torch is loaded, and so comes before.
     """
     os.environ["MPLBACKEND"] = "agg"
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    if "OMP_WAIT_POLICY" not in os.environ:
+        os.environ.setdefault("GOMP_SPINCOUNT", "10000")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

@@ -25,12 +25,16 @@ def test_a_notebooks_backend_and_a_narrow_console_end_nothing(monkeypatch: pytes
     assert b"wrote \\u65e5\\u672c.mp4" in console.buffer.getvalue()  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize(("said", "policy"), [(None, "PASSIVE"), ("ACTIVE", "ACTIVE")])
-def test_threads_that_have_nothing_to_do_sleep(monkeypatch: pytest.MonkeyPatch, said: str | None, policy: str) -> None:
-    monkeypatch.delenv("OMP_WAIT_POLICY", raising=False)
-    if said:
-        monkeypatch.setenv("OMP_WAIT_POLICY", said)
-    assert main(["--version"]) == 0 and os.environ["OMP_WAIT_POLICY"] == policy
+@pytest.mark.parametrize(("said", "count"), [({}, "10000"), ({"GOMP_SPINCOUNT": "7"}, "7"),
+                                             ({"OMP_WAIT_POLICY": "ACTIVE"}, None)])
+def test_threads_that_wait_soon_sleep_unless_they_are_told_not_to(monkeypatch: pytest.MonkeyPatch, said: dict[str, str],
+                                                                  count: str | None) -> None:
+    for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT"):
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)  # so that it is put back afterwards
+    for name, value in said.items():
+        monkeypatch.setenv(name, value)
+    assert main(["--version"]) == 0 and os.environ.get("GOMP_SPINCOUNT") == count
 
 
 @pytest.mark.parametrize("title", ["A $100 fee plus 5% of $2000.", "a_b^c $\\frac{x$ {}", "100% #1 \\ $", "$",

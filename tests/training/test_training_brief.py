@@ -24,7 +24,7 @@ def test_a_product_of_bf16_and_its_gradients_are_those_of_torchs_layer() -> None
     torch.manual_seed(0)
     ours, theirs = Linear(40, 30), nn.Linear(40, 30)
     theirs.load_state_dict(ours.state_dict())
-    inputs, slopes = torch.randn(50, 40), torch.randn(50, 30)
+    inputs, slopes = torch.randn(300, 40), torch.randn(300, 30)
     found = []
     for layer in (ours, theirs):
         given = inputs.clone().requires_grad_()
@@ -34,5 +34,5 @@ def test_a_product_of_bf16_and_its_gradients_are_those_of_torchs_layer() -> None
         (told * slopes).sum().backward()
         found.append((told, given.grad, layer.weight.grad, layer.bias.grad))
     for mine, other in zip(*found, strict=True):
-        torch.testing.assert_close(mine, other, rtol=0.02, atol=0.05)
+        torch.testing.assert_close(mine, other, rtol=0.02, atol=0.15)
     assert torch.equal(ours(inputs), theirs(inputs))  # in float32 it is torch's own
