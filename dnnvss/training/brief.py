@@ -43,10 +43,11 @@ class Linear(nn.Linear):
 
     def forward(self, input: Tensor) -> Tensor:
         """Return the units (..., out) of inputs (..., in)."""
-        many = input.device.type == "cpu" and input.ndim == 2 and len(input) >= _MANY
-        if many and rounds() and torch.is_grad_enabled():
-            return _Linear.apply(input, self.weight, self.bias)
-        return super().forward(input)
+        if not (self.training and rounds() and torch.is_grad_enabled()):  # first: an export knows no sizes
+            return super().forward(input)
+        if input.device.type != "cpu" or input.ndim != 2 or len(input) < _MANY:
+            return super().forward(input)
+        return _Linear.apply(input, self.weight, self.bias)
 
 
 class _Linear(torch.autograd.Function):
