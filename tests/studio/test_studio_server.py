@@ -434,6 +434,15 @@ def test_a_request_at_work_is_finished_when_the_server_ends(folder: Path) -> Non
     assert status(answers[0]) == 200 and value(answers[0])["names"] == {"name": "a"}
 
 
+@pytest.fixture
+def heeded() -> Iterator[None]:
+    """Ctrl-C is heard, even where the tests were started by a shell that lets its background ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeded")
 def test_ctrl_c_ends_the_server_in_order(folder: Path) -> None:
     begun, told = threading.Event(), list[str]()
 
