@@ -29,6 +29,7 @@ def inner(padded: Any, reach: int) -> Any:
 
 
 def undetermined(where: tuple[int, ...]) -> DnnvssError:
+    """Return the error of a frame, row and parameter that nothing determines."""
     t, b, d = (int(i) for i in where)
     return DnnvssError(
         f"parameter {d} of row {b} is not determined at frame {t}: variances up to it are infinite or too far apart",

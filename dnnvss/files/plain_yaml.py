@@ -33,19 +33,30 @@ _PlainLoader.yaml_implicit_resolvers = {
 
 
 _DEEPEST = 50
+"""Values in each other; the parser, whose stack Python does not watch, would end the process beyond some thousands."""
 
 
-def read_yaml(text: str) -> Any:
+class UnfitError(yaml.YAMLError):
+    """YAML that no file of ours needs to hold."""
+
+
+def read_yaml(text: str, aliases: bool = True) -> Any:
     """What a text says, in plain containers; an empty one is an empty table. Nothing in it is looked up.
 
+    Args:
+        text: YAML.
+        aliases: whether it may hold an alias, by which a few lines grow without end.
+
     Raises:
-        yaml.YAMLError: it is no YAML, holds a tag of Python's or a key twice, or is nested so deeply that the parser,
-            whose stack Python does not watch, would end the process.
+        UnfitError: it holds an alias that it may not, or is nested too deeply.
+        yaml.YAMLError: it is no YAML, or holds a tag of Python's or a key twice.
     """
     depth = 0
     for event in yaml.parse(text, Loader):
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST:
-            raise yaml.YAMLError(f"holds more than {_DEEPEST} values in each other")
+            raise UnfitError(f"holds more than {_DEEPEST} values in each other")
+        if isinstance(event, yaml.AliasEvent) and not aliases:
+            raise UnfitError("holds an alias (*NAME)")
     found = yaml.load(text, _PlainLoader)
     return {} if found is None else found

@@ -6,14 +6,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from dnnvss import __version__, files
 from dnnvss.curves import STATIC, STATIC_DELTA, STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.face.kinds import FaceSettings, read_face_settings
 from dnnvss.features import FeatureTable
-from dnnvss.files.plain_yaml import Loader, read_yaml
+from dnnvss.files.plain_yaml import UnfitError, read_yaml
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.talkers import is_together, talker_run
@@ -163,17 +161,13 @@ def _plain(path: Path) -> Any:
     text = files.read_text(path, _WRITTEN)
     if len(text) > _LONGEST:
         raise DnnvssError(f"has {len(text)} characters", file=path, remedy=_WRITTEN)
-    depth = 0
-    for event in yaml.parse(text, Loader):
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if isinstance(event, yaml.AliasEvent):
-            raise DnnvssError("holds an alias (*NAME)", file=path, remedy=_WRITTEN)
-        if depth > _DEEPEST:
-            raise DnnvssError(f"holds more than {_DEEPEST} values in each other", file=path, remedy=_WRITTEN)
-    return read_yaml(text)
+    try:
+        return read_yaml(text, aliases=False)
+    except UnfitError as error:
+        raise DnnvssError(str(error), file=path, remedy=_WRITTEN) from error
 
 
-_LONGEST, _DEEPEST = 2**20, 50
+_LONGEST = 2**20
 _WRITTEN = "Use the file that train.py wrote into the run folder"
 
 
