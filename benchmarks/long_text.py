@@ -17,9 +17,13 @@ import tempfile
 import time
 from pathlib import Path
 
+from claim import Claim, growth, tell
+
 ROOT = Path(__file__).parents[1]
 STEPS = ("parse", "durations", "tree", "codes", "voice")
 SMALL = ("the", "of", "and", "to", "a", "in", "that", "it", "is", "was", "for", "on", "with", "he", "be", "I", "by")
+LINEAR = {"durations": 1.1, "voice": 1.1}
+"""Steps whose seconds are to grow with so small an exponent of the words at most; 1 is linear."""
 COMMON, RARE = 800, 4000  # words of the lexicon that a text is made of beside the small ones
 
 
@@ -104,12 +108,27 @@ def main() -> None:
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1",
                        "DNNVSS_DURATIONS": str(durations)}
         for kind in options.kinds:
+            by_words: dict[int, dict[str, float]] = {}
             for words in options.words:
                 found = _child(environment, words, kind, 0 < words <= options.voice)
+                by_words[words] = found
                 steps = [found.get(step, 0.0) for step in STEPS]
                 each = 1000 * sum(steps[:4]) / max(words, 1)
                 print(f"{kind:9} {words:6} {found['memory']:6.0f} {each:10.2f}  "
                       + " ".join(f"{step:9.2f}" for step in steps), flush=True)
+            tell(claims(kind, by_words))
+
+
+def claims(kind: str, by_words: dict[int, dict[str, float]]) -> list[Claim]:
+    """How seconds grow with words, from the shortest to the longest text that has each step."""
+    told = []
+    for step, limit in LINEAR.items():
+        sizes = sorted(words for words, found in by_words.items() if words and step in found)
+        if len(sizes) > 1:
+            seconds = [by_words[words][step] for words in sizes]
+            told.append(Claim(f"{kind}, {sizes[0]:,} to {sizes[-1]:,} words: exponent of {step}",
+                              growth(sizes, seconds), limit))
+    return told
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from claim import Claim, tell
 from synthetic import UTTERANCE, all_features, synthetic_store
 from training import DIMENSIONS, STREAMS, Job, drawn, new_network, ours, random_targets
 
@@ -32,6 +33,9 @@ from dnnvss.systems.network import NetworkModel
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training import FitSettings
 from dnnvss.training.batches import FrameBatches
+
+LIMIT = 1000.0
+"""MB of its own that a whole fit is to hold at most."""
 
 
 def make(folder: Path, frames: int) -> None:
@@ -126,6 +130,7 @@ def whole_fit(folder: Path, frames: int) -> None:
     watcher.join()
     print(f"a whole fit on {len(examples)} utterances: {max(peak):.0f} MB at its peak, {before:.0f} MB before it, "
           f"{time.perf_counter() - start:.0f} s")
+    tell([Claim(f"MB of a fit on {frames / 360_000:g} hours, default network", max(peak), LIMIT)])
 
 
 def main() -> None:

@@ -21,6 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from claim import Claim, tell
 from torch import Tensor, nn
 
 from dnnvss.systems import Example, feedforward
@@ -30,6 +31,8 @@ from dnnvss.training import FitSettings
 from dnnvss.training.precision import has_bf16
 
 Examples = dict[str, list[Example]]
+SPREAD = 2.0
+"""Standard errors of the difference by which the error may be larger."""
 
 
 def corpus_examples(folder: Path) -> Examples:
@@ -108,6 +111,17 @@ def main() -> None:
         print(f"seed {seed}: " + "; ".join(f"{name} {values[-1]:.4f}" for name, values in errors.items()), flush=True)
     for name, values in errors.items():
         print(f"{name}: {np.mean(values):.4f} +- {np.std(values, ddof=1) if len(values) > 1 else np.nan:.4f}")
+    if arguments.seeds > 1:
+        tell(claims(errors))
+
+
+def claims(errors: dict[str, list[float]]) -> list[Claim]:
+    """How much larger the error of ours is, in standard errors of the difference over seeds."""
+    (_, plain_errors), *others = errors.items()
+    return [Claim(f"error of {name}, over torch's own layers, in standard errors",
+                  float((np.mean(values) - np.mean(plain_errors))
+                        / np.sqrt((np.var(values, ddof=1) + np.var(plain_errors, ddof=1)) / len(values))), SPREAD)
+            for name, values in others]
 
 
 if __name__ == "__main__":

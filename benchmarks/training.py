@@ -6,9 +6,10 @@
 
 The peer holds every frame as 7,735 float32 numbers in a memory-mapped file, draws them with a DataLoader and trains the
 same network with torch's own layers and optimiser. Ours is a whole fit with Lightning: drawing of codes, logging,
-clipping. The two take turns; the best round counts, which other work on the machine disturbs least. The last column
-says what part of the machine's rate of matrix products, measured in the same rounds at the same batch, the products of
-hidden and output layers reach in the time of the whole step. bf16 is measured where the processor has it.
+clipping. Where the processor has bf16, ours and the peer (by autocast) are measured in it too. They take turns; the
+best round counts, which other work on the machine disturbs least. The last column says what share of the rate of
+matrix products, measured in the same rounds at the same batch, the products of hidden and output layers reach in the
+time of the whole step. Its claims are of the network of the papers.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from pathlib import Path
 import lightning as L
 import numpy as np
 import torch
+from claim import Claim, tell
 from lightning.pytorch.callbacks import Callback
 from synthetic import all_features, synthetic_store
 from torch import Tensor, nn
@@ -40,6 +42,10 @@ from dnnvss.training.regression import FrameRegression
 
 FRAMES, STREAMS, DIMENSIONS = 12_000, 3, 30
 SECONDS = 4.0  # of a round
+DENSE, OURS = "dense pipeline", "ours"
+PAPER = [3000, 3000, 3000]
+TIMES, SHARE = {100: 3.0, 1024: 6.0}, {1024: 35.0}
+"""Claims by batch: ours over the dense float32 pipeline, and percent of the rate of bf16 products."""
 
 
 def clock() -> float:
@@ -147,8 +153,8 @@ class DenseFrames(Dataset):
         return self.inputs[index], self.targets[index]
 
 
-def peer(job: Job, store: CodeStore, targets: np.ndarray, folder: Path) -> Callable[[], float]:
-    """Return what measures a step of the dense pipeline, in seconds."""
+def peer(job: Job, store: CodeStore, targets: np.ndarray, folder: Path, bf16: bool = False) -> Callable[[], float]:
+    """Return what measures a step of the dense pipeline, in seconds; in bf16 by torch's autocast."""
     path = folder / "dense.npy"
     if not path.exists():
         np.save(path, expand(store))
@@ -162,7 +168,9 @@ def peer(job: Job, store: CodeStore, targets: np.ndarray, folder: Path) -> Calla
 
     def step(x: Tensor, y: Tensor) -> None:
         optimizer.zero_grad()
-        (network(x.to(job.device)) - y.to(job.device)).square().mean().backward()
+        with torch.autocast(job.device, torch.bfloat16, enabled=bf16):
+            predicted = network(x.to(job.device))
+        (predicted.float() - y.to(job.device)).square().mean().backward()
         optimizer.step()
 
     def round_() -> float:
@@ -203,17 +211,18 @@ def product_rate(job: Job, dtype: torch.dtype) -> Callable[[], float]:
     return round_
 
 
-def compare(job: Job, rounds: int, folder: Path) -> None:
-    """Print one table of a batch size."""
+def compare(job: Job, rounds: int, folder: Path) -> list[Claim]:
+    """Print one table of a batch size; what is claimed of it."""
     store = synthetic_store(all_features(), FRAMES)
     targets = random_targets(len(store))
     batches = drawn(job, store, targets)
-    ways = {"dense pipeline, float32": peer(job, store, targets, folder),
-            "ours, float32": ours(job, batches, new_network(job, store.table))}
+    ways = {f"{DENSE}, float32": peer(job, store, targets, folder),
+            f"{OURS}, float32": ours(job, batches, new_network(job, store.table))}
     rates = {"float32": product_rate(job, torch.float32)}
     if has_bf16(job.device):
         rates["bf16"] = product_rate(job, torch.bfloat16)
-        ways["ours, bf16"] = ours(job, batches, new_network(job, store.table), "bf16-mixed")
+        ways[f"{DENSE}, bf16"] = peer(job, store, targets, folder, bf16=True)
+        ways[f"{OURS}, bf16"] = ours(job, batches, new_network(job, store.table), "bf16-mixed")
     best = {name: min(times) for name, times in
             zip([*ways, *rates], zip(*([way() for way in (*ways.values(), *rates.values())] for _ in range(rounds)),
                                      strict=True), strict=True)}
@@ -221,17 +230,31 @@ def compare(job: Job, rounds: int, folder: Path) -> None:
     print(f"\n{' x '.join(map(str, job.hidden))}, batch {job.batch}, {job.optimizer}, dropout {job.dropout}; matrix "
           "products: " + ", ".join(f"{1 / best[name]:.3f} TFLOP/s in {name}" for name in rates))
     print(f"{'':32}{'ms a step':>11}{'frames/s':>10}{'ratio':>7}{'of the roofline':>17}")
+    shares = {name: 100 * job.products * job.batch / 1e12 * best["bf16" if "bf16" in name else "float32"] / best[name]
+              for name in ways}
     for name in ways:
-        rate = best["bf16" if "bf16" in name else "float32"]
-        share = job.products * job.batch / 1e12 * rate / best[name]
         print(f"{name:32}{1e3 * best[name]:11.1f}{job.batch / best[name]:10.0f}{best[first] / best[name]:7.2f}"
-              f"{100 * share:16.0f}%", flush=True)
+              f"{shares[name]:16.0f}%", flush=True)
+    return claims(job, best, shares) if job.hidden == PAPER else []
+
+
+def claims(job: Job, best: dict[str, float], shares: dict[str, float]) -> list[Claim]:
+    """What is claimed of a batch size, from seconds of a step and shares of the products by way."""
+    title, quick = f"training 3 x 3000, batch {job.batch}", min((w for w in shares if OURS in w), key=best.__getitem__)
+    told = [Claim(f"{title}: frames a second, ours over the dense pipeline in float32",
+                  best[f"{DENSE}, float32"] / best[quick], TIMES[job.batch], least=True)] if job.batch in TIMES else []
+    if f"{DENSE}, bf16" in best:
+        told.append(Claim(f"{title}: over the dense pipeline in bf16", best[f"{DENSE}, bf16"] / best[quick], 1.0, True))
+        if job.batch in SHARE:
+            told.append(Claim(f"{title}: percent of the rate of bf16 products", shares[f"{OURS}, bf16"],
+                              SHARE[job.batch], least=True))
+    return told
 
 
 def main() -> None:
     """Print a table for each batch size."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--hidden", type=int, nargs="+", default=[3000, 3000, 3000])
+    parser.add_argument("--hidden", type=int, nargs="+", default=PAPER)
     parser.add_argument("--batches", type=int, nargs="+", default=[100, 1024])
     parser.add_argument("--optimizer", choices=("sgd", "adamw"), default="sgd")
     parser.add_argument("--dropout", type=float, default=0.5)
@@ -244,7 +267,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for batch in arguments.batches:
             job = Job(arguments.hidden, batch, arguments.optimizer, arguments.dropout)
-            compare(job, arguments.rounds, Path(folder))
+            tell(compare(job, arguments.rounds, Path(folder)))
 
 
 if __name__ == "__main__":
