@@ -1,7 +1,7 @@
 """Finished runs compared: one table of all their metrics, as text, Markdown, JSON and a page."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +10,8 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.across import Side, compare_faces
 from dnnvss.evaluation.comparison import Predictions, compare
 from dnnvss.evaluation.page import write_page
-from dnnvss.evaluation.runs import RunData, by_face, make_bench, read_run
-from dnnvss.evaluation.sections import seen_from_outside
+from dnnvss.evaluation.runs import RunData, by_face, make_bench, on_one_clock, read_run
+from dnnvss.evaluation.sections import Section, seen_from_outside
 from dnnvss.evaluation.viewing.run_scores import viewers_sections
 from dnnvss.systems.registry import driven_by, read_system
 
@@ -30,7 +30,8 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
                  first: int = 5, seed: int = 0) -> Compared:
     """All metrics of finished runs, written as ``evaluation.md``, ``.json`` and ``.html``.
 
-    Runs of different faces are compared by the gauges that they share (:mod:`dnnvss.evaluation.across`).
+    Runs of different faces are compared by the gauges that they share (:mod:`dnnvss.evaluation.across`), runs of
+    different frame rates on the finest clock among theirs (:func:`dnnvss.evaluation.runs.on_one_clock`).
 
     Args:
         folders: of the runs.
@@ -46,7 +47,7 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
     names = names or run_titles(list(folders))
     sides: dict[str, Side] = {}
     inputs: dict[str, str] = {}
-    for face, group in by_face(dict(zip(names, runs, strict=True))).items():
+    for face, group in by_face(on_one_clock(dict(zip(names, runs, strict=True)))).items():
         systems: dict[str, Predictions] = {name: run.arrays["predicted"] for name, run in group.items()}
         systems |= {f"{name}, {style}": own for name, run in group.items() for style, own in run.styled.items()}
         inputs |= {row: driven(run) for name, run in group.items()
@@ -61,11 +62,24 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
     out = out or folders[0] / "evaluation"
     named = dict(zip(names, folders, strict=True))
     styles = {name: tuple(run.styled) for name, run in zip(names, runs, strict=True)}
-    sections = [*viewers_sections(result, named, styles), *filter(None, [seen_from_outside(named)])]
+    sections = [*filter(None, [_rates(dict(zip(names, runs, strict=True)))]), *viewers_sections(result, named, styles),
+                *filter(None, [seen_from_outside(named)])]
     files.write_text(out / "evaluation.md", "\n".join([result.markdown(), *(s.markdown() for s in sections)]))
     files.write_json(out / "evaluation.json", result.to_json())
     page = write_page(out / "evaluation.html", result, told.bench, told.systems, named, sections)
     return Compared(result.table(), page)
+
+
+def _rates(runs: Mapping[str, RunData]) -> Section | None:
+    """The frame rates of runs where they differ."""
+    clocks = {name: run.clock for name, run in runs.items()}
+    if len(set(clocks.values())) < 2:
+        return None
+    finest = max(clocks.values(), key=lambda clock: clock.rate)
+    note = (f"These runs predict at different rates. All were measured at {finest} frames a second: predictions of "
+            "other rates were brought there by the cubic spline that brings recordings to a clock.")
+    return Section("Frame rates", note, ("system", "frames a second"),
+                   tuple((name, str(clock)) for name, clock in clocks.items()))
 
 
 def driven(run: RunData) -> str:

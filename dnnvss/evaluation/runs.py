@@ -2,11 +2,12 @@
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from dnnvss import files
 from dnnvss.archives import Held, check_arrays, read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.curves import resample
@@ -80,6 +81,44 @@ def _check_sentences(arrays: Mapping[str, Arrays], places: RunFiles, remedy: str
         for kind, held in _SENTENCE.items():
             path = file if file and kind == "predicted" else places.prediction(kind)
             check_arrays(arrays[kind], {i: held}, path, remedy, letters)
+
+
+def on_one_clock(runs: Mapping[str, RunData]) -> dict[str, RunData]:
+    """Runs of several frame rates as they are on the finest clock among theirs; others as they stand.
+
+    What was predicted is brought to that clock by the cubic spline that brings recordings to a clock
+    (:func:`dnnvss.curves.resample`); what was measured, and which frames count, is that of the runs of that clock.
+
+    Raises:
+        DnnvssError: no run of that clock has the face of one of another clock, or its sentences.
+    """
+    finest = max((run.clock for run in runs.values()), key=lambda clock: clock.rate)
+    leads = [run for run in runs.values() if run.clock == finest]
+    if len(leads) == len(runs):
+        return dict(runs)
+    faces = {_face_digest(lead): lead for lead in reversed(leads)}
+    return {name: run if run.clock == finest else _resampled(run, faces.get(_face_digest(run)))
+            for name, run in runs.items()}
+
+
+def _face_digest(run: RunData) -> str:
+    return files.digest(RunFiles(run.folder).face)
+
+
+def _resampled(run: RunData, lead: RunData | None) -> RunData:
+    """A run as it is on the clock of another one of the same face and sentences."""
+    if lead is None or run.arrays["reference"].keys() != lead.arrays["reference"].keys():
+        raise DnnvssError(f"has {run.clock} frames a second, and no run of the finest rate has its face and sentences",
+                          file=run.folder, remedy="Compare runs of one corpus, split and face")
+    counts = _lengths(lead)
+
+    def told(trajectories: Arrays) -> Arrays:
+        return {i: resample(x, run.clock, lead.clock, count=counts[i]) for i, x in trajectories.items()}
+
+    arrays = {**lead.arrays, "predicted": told(run.arrays["predicted"])}
+    styled = {name: told(own) for name, own in run.styled.items()}
+    settings = replace(run.settings, trajectory=lead.settings.trajectory)
+    return replace(run, settings=settings, arrays=arrays, styled=styled)
 
 
 def by_face(runs: Mapping[str, RunData]) -> dict[str, dict[str, RunData]]:

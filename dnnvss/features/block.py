@@ -19,6 +19,7 @@ class Settings:
 
     Args:
         window_before, window_after: frames of the window context on each side (160 ms each at 100 frames a second).
+        segment: phones, or dynamic visemes, of a segment, which is as long on both sides of its middle one.
         units: number of dynamic visemes, 0 to ``units - 1``.
         logmel: how the sound is analysed.
         logmel_offsets: the frames around the current one at which it is seen, each once and 0 not among them.
@@ -29,11 +30,12 @@ class Settings:
         encoder, encoder_offsets: likewise, how a pretrained encoder hears the sound.
 
     Raises:
-        DnnvssError: a window that is negative, fewer than one unit, or an offset twice.
+        DnnvssError: a window that is negative, fewer than one unit, an even segment, or an offset twice.
     """
 
     window_before: int = setting(16, least=0, doc="frames of the window context before the current one")
     window_after: int = setting(16, least=0, doc="frames of the window context after the current one")
+    segment: int = setting(5, least=1, most=21, doc="phones, or dynamic visemes, of the segment context; an odd number")
     units: int = setting(160, least=1, doc="number of dynamic visemes")
     logmel: LogMel = setting(LogMel(), doc="bands of the sound")
     logmel_offsets: tuple[int, ...] = setting(tuple(o for o in range(-20, 21, 4) if o), least=-1000, most=1000,
@@ -53,6 +55,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         check_settings(self, "labels")
+        if self.segment % 2 == 0:
+            raise DnnvssError(f"labels.segment={self.segment} has no middle one",
+                              remedy=f"Give labels.segment={self.segment - 1} or {self.segment + 1}")
         for name, block in (("logmel_offsets", "logmel"), ("sound_offsets", "of the analysis"),
                             ("encoder_offsets", "encoder")):
             offsets = getattr(self, name)
@@ -64,6 +69,12 @@ class Settings:
     def norm(self) -> str:
         """What the keys of sources of sound end in: their normalisation, nothing without one."""
         return "" if self.sound_norm == "none" else f"-{self.sound_norm}"
+
+    @property
+    def neighbours(self) -> tuple[int, ...]:
+        """The places of a segment relative to its middle one, 0 among them."""
+        reach = self.segment // 2
+        return tuple(range(-reach, reach + 1))
 
     @property
     def offsets(self) -> tuple[int, ...]:

@@ -1,6 +1,6 @@
 """The baseline of the papers: hidden semi-Markov models of phones in context, their states tied by decision trees."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.features import phones_of
+from dnnvss.features import FrameCodes, phones_of
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 from dnnvss.systems.hsmm_contexts import context_answers, context_questions
@@ -66,7 +66,7 @@ class HiddenSemiMarkov(VisualModel):
         Raises:
             DnnvssError: no frame of the training examples was measured.
         """
-        data = _Segments(train)
+        data = _Segments(train, self.lengths, self.answers)
         durations = equal_states(data.frames)
         for last in range(self.settings.realignments + 1):
             self._grow(data, durations)
@@ -81,7 +81,7 @@ class HiddenSemiMarkov(VisualModel):
 
     def predict(self, example: Example) -> Prediction:
         """Return the means and variances of the leaves, frame by frame."""
-        answers = context_answers(phones_of(example.codes))
+        answers = self.answers(example.codes)
         durations = self.state_durations(example)
         leaves = np.stack([tree(answers) for tree in self.states_], 1)
         mean, variance = (np.stack([getattr(tree, name)[leaves[:, s]] for s, tree in enumerate(self.states_)], 1)
@@ -92,26 +92,42 @@ class HiddenSemiMarkov(VisualModel):
                             for part in (mean, variance)))
 
     def state_durations(self, example: Example) -> np.ndarray:
-        """Return the frames (S, 5) of each state: the most probable ones that add up to the phones' frames."""
-        frames = phones_of(example.codes).frames
-        mean, variance = self._duration_gaussians(context_answers(phones_of(example.codes)))
+        """Return the frames (S, 5) of each state: the most probable ones that add up to the units' frames."""
+        frames = self.lengths(example.codes)
+        mean, variance = self._duration_gaussians(self.answers(example.codes))
         return _by_length(frames, lambda rows, n: best_durations(n, mean[rows], variance[rows]))
 
-    def phone_durations(self, example: Example) -> np.ndarray:
+    def phone_durations(self, example: Example) -> np.ndarray | None:
         """Return the expected frames (S,) of each phone: the sum of its states' means."""
-        return self._duration_gaussians(context_answers(phones_of(example.codes)))[0].sum(1)
+        return self._duration_gaussians(self.answers(example.codes))[0].sum(1)
+
+    def lengths(self, codes: FrameCodes) -> np.ndarray:
+        """The frames (S,) of the units whose states are modelled."""
+        return phones_of(codes).frames
+
+    def answers(self, codes: FrameCodes) -> np.ndarray:
+        """Their answers (S, Q) to :meth:`questions`."""
+        return context_answers(phones_of(codes))
+
+    def questions(self) -> tuple[str, ...]:
+        """What trees may ask of a unit, in words."""
+        return context_questions()
+
+    def asked_first(self) -> Sequence[int]:
+        """The questions that every tree asks before all others."""
+        return ()
 
     def describe_trees(self) -> str:
         """Return every tree as the questions that it asks, what was too little to ask last."""
         names = [f"state {s + 1}" for s in range(STATES)] + ["durations"]
         trees = [*self.states_, self.durations_]
-        parts = [f"{name}: {len(tree.count)} leaves\n{tree.describe(context_questions())}"
+        parts = [f"{name}: {len(tree.count)} leaves\n{tree.describe(self.questions())}"
                  for name, tree in zip(names, trees, strict=True)]
         return "\n\n".join([*parts, *self.notes_])
 
     def state(self) -> dict[str, Any]:
         """Return the trees and the questions whose answers they need."""
-        return {"shape": list(self.shape_), "questions": list(context_questions()), "notes": list(self.notes_),
+        return {"shape": list(self.shape_), "questions": list(self.questions()), "notes": list(self.notes_),
                 "states": [tree.state() for tree in self.states_], "durations": self.durations_.state()}
 
     def load_state(self, state: dict[str, Any]) -> None:
@@ -120,7 +136,7 @@ class HiddenSemiMarkov(VisualModel):
         Raises:
             DnnvssError: they ask other questions than this version answers.
         """
-        if list(state["questions"]) != list(context_questions()):
+        if list(state["questions"]) != list(self.questions()):
             raise DnnvssError("the decision trees ask other questions than this version answers",
                               remedy="Train the system anew")
         self.shape_, self.notes_ = tuple(state["shape"]), list(state["notes"])
@@ -132,11 +148,13 @@ class HiddenSemiMarkov(VisualModel):
         return self.durations_.mean[leaf], self.durations_.variance[leaf] + 1e-2
 
     def _grow(self, data: "_Segments", durations: np.ndarray) -> None:
-        self.states_ = [grow(data.answers, data.sums(durations, s), self.settings.growth) for s in range(STATES)]
+        first = self.asked_first()
+        self.states_ = [grow(data.answers, data.sums(durations, s), self.settings.growth, first)
+                        for s in range(STATES)]
         whole = data.complete
         lasting = durations[whole].astype(np.float64)
         self.durations_ = grow(data.answers[whole], Sums(np.ones(len(lasting)), lasting, lasting**2),
-                               self.settings.duration_growth)
+                               self.settings.duration_growth, first)
 
     def _aligned(self, data: "_Segments", durations: np.ndarray) -> np.ndarray:
         """Return durations (S, 5) realigned to the frames; phones with unmeasured frames keep theirs."""
@@ -152,9 +170,10 @@ class HiddenSemiMarkov(VisualModel):
 
 
 class _Segments:
-    """All phones of the examples that own a frame, and their frames, normalised, one after the other."""
+    """All units of the examples that own a frame, and their frames, normalised, one after the other."""
 
-    def __init__(self, examples: Sequence[Example]) -> None:
+    def __init__(self, examples: Sequence[Example], lengths: Callable[[FrameCodes], np.ndarray],
+                 answers: Callable[[FrameCodes], np.ndarray]) -> None:
         frames = pooled(examples)
         if not len(frames):
             raise DnnvssError("no frame of the training examples was measured", remedy="Train on measured utterances")
@@ -165,12 +184,11 @@ class _Segments:
         whole = np.concatenate([e.measured[0] for e in examples]).reshape(-1, flat.shape[1])
         self.valid = np.concatenate([e.measured[1] for e in examples])
         self.values = np.where(self.valid[:, None], (whole - self.centre) / self.scale, 0).astype(np.float32)
-        phones = [phones_of(e.codes) for e in examples]
-        lengths = [p.frames for p in phones]
-        kept = np.concatenate(lengths) > 0
-        self.frames = np.concatenate(lengths)[kept]
+        frames_of = np.concatenate([lengths(e.codes) for e in examples])
+        kept = frames_of > 0
+        self.frames = frames_of[kept]
         self.start = np.cumsum(self.frames) - self.frames
-        self.answers = np.concatenate([context_answers(p) for p in phones])[kept]
+        self.answers = np.concatenate([answers(e.codes) for e in examples])[kept]
         self.complete = np.add.reduceat(~self.valid, self.start) == 0
 
     def sums(self, durations: np.ndarray, state: int) -> Sums:

@@ -102,7 +102,7 @@ class Tree:
         return cls(**{name: state[name].numpy() for name in _FIELDS})
 
 
-def grow(answers: np.ndarray, sums: Sums, growth: Growth) -> Tree:
+def grow(answers: np.ndarray, sums: Sums, growth: Growth, first: Sequence[int] = ()) -> Tree:
     """Return the tree that splits rows by the question that raises their likelihood most, until none is worth it.
 
     Too little data for any split leaves a tree of one leaf; no data at all, a leaf with mean 0 and variance 1.
@@ -111,11 +111,13 @@ def grow(answers: np.ndarray, sums: Sums, growth: Growth) -> Tree:
         answers: (S, Q) yes or no of each row to each question.
         sums: statistics of the rows.
         growth: when to stop.
+        first: questions that are asked before all others, one after the other as long as the answer is no, whatever
+            they gain; those that all rows of a node answer alike are left out.
     """
     kept = np.flatnonzero(sums.count > 0)
     builder = _Builder(answers[kept].astype(np.float32),
                        Sums(sums.count[kept], sums.total[kept], sums.squares[kept]), growth)
-    return builder.build()
+    return builder.build(list(first))
 
 
 class _Builder:
@@ -132,24 +134,30 @@ class _Builder:
         self.nodes: list[list[int]] = []
         self.leaves: list[tuple[float, np.ndarray, np.ndarray]] = []
 
-    def build(self) -> Tree:
-        stack: list[tuple[np.ndarray, int, int]] = [(np.arange(len(self.answers)), -1, 0)]
+    def build(self, first: list[int]) -> Tree:
+        stack: list[tuple[np.ndarray, int, int, list[int]]] = [(np.arange(len(self.answers)), -1, 0, first)]
         while stack:
-            rows, parent, side = stack.pop()
+            rows, parent, side, asked_first = stack.pop()
             node = len(self.nodes)
             if parent >= 0:
                 self.nodes[parent][side] = node
-            question = self.best_question(rows)
+            asked_first = self.telling(rows, asked_first)
+            question = asked_first[0] if asked_first else self.best_question(rows)
             self.nodes.append([question, -1, -1, -1])
             if question < 0:
                 self.nodes[node][3] = len(self.leaves)
                 self.leaves.append(self.gaussian(rows))
             else:
                 yes = self.answers[rows, question] > 0
-                stack += [(rows[~yes], node, 2), (rows[yes], node, 1)]
+                stack += [(rows[~yes], node, 2, asked_first[1:]), (rows[yes], node, 1, [])]
         question_, yes_, no_, leaf = np.array(self.nodes, dtype=np.int64).T
         count, mean, variance = (np.array(part) for part in zip(*self.leaves, strict=True))
         return Tree(question_, yes_, no_, leaf, count, mean, variance)
+
+    def telling(self, rows: np.ndarray, questions: list[int]) -> list[int]:
+        """The questions that some of the rows answer with yes and others with no."""
+        share = self.answers[rows][:, questions].mean(0) if len(rows) and questions else np.zeros(len(questions))
+        return [q for q, own in zip(questions, share.tolist(), strict=True) if 0 < own < 1]
 
     def gaussian(self, rows: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         s = self.sums

@@ -49,6 +49,38 @@ def test_the_runs_of_an_experiment_can_be_built(name: str) -> None:
         assert make_model(settings, settings.task).table is settings.task.table
 
 
+def given_by(name: str, key: str) -> list[RunSettings]:
+    """The settings of each run of an experiment that sweeps over one setting."""
+    values = OmegaConf.load(CONF / "experiment" / f"{name}.yaml").hydra.sweeper.params[key]
+    return [chosen(f"experiment={name}", f"{key}={value}") for value in _split(str(values))]
+
+
+def test_rates_keep_the_window_and_the_steps() -> None:
+    runs = given_by("rates", "trajectory")
+    assert [run.task.clock.rate for run in runs] == [30, 50, 100, 200]
+    for run in runs:
+        own = run.task.table.settings
+        assert own.window_before == own.window_after == round(0.16 * float(run.task.clock.rate))
+        assert (run.trainer["steps"], run.trainer["share"]) == (2700, 0.01)
+
+
+def test_windows_and_segments_are_those_of_the_paper_and_around_it() -> None:
+    def widths(runs: list[RunSettings], block: str, more: int) -> list[int]:
+        tables = [run.task.table for run in runs]
+        return [(t.slices[block].stop - t.slices[block].start) // 41 + more for t in tables]
+
+    assert widths(given_by("windows", "labels.window_before"), "phone_window", 1) == [5, 9, 17, 25, 33, 49, 65]
+    segments = given_by("segments", "labels.segment")
+    assert widths(segments, "phone_context", 0) == [1, 3, 5, 7]
+    assert segments[2].task.table.hash == chosen("labels=ph").task.table.hash
+
+
+def test_units_are_chosen_by_models_of_the_units_themselves() -> None:
+    for run in given_by("units_hsmm", "visemes.units"):
+        assert run.task.table.settings.units == run.visemes["units"]
+        assert (run.model_name, run.visemes["source"], run.visemes["training"]) == ("hsmm_visemes", "oracle", "oracle")
+
+
 @pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "preset").glob("*.yaml")))
 def test_a_preset_is_a_system_with_labels_that_it_reads(name: str) -> None:
     settings = chosen(f"preset={name}")

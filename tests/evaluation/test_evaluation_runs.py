@@ -16,7 +16,7 @@ from dnnvss.archives import read_arrays
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.curves import resample
 from dnnvss.evaluation import figure
-from dnnvss.evaluation.runs import make_bench, open_corpus, read_run
+from dnnvss.evaluation.runs import make_bench, on_one_clock, open_corpus, read_run
 from dnnvss.face.aam import encode_clip, fit_aam
 from dnnvss.face.clips import Clip
 from dnnvss.media import write_video
@@ -116,6 +116,55 @@ def test_runs_that_do_not_fit_are_refused(run, tmp_path, capsys):
         files.write_arrays(other / "predictions" / f"{kind}.npz", **{k: v for k, v in arrays.items() if k != "toy1"})
     with pytest.raises(DnnvssError, match="other sentences"):
         make_bench([read_run(run), read_run(other)])
+
+
+def at_rate(run, folder, rate):
+    """The run as it would be at another rate: curves from the video to that clock, half as far from the mean."""
+    clock, lead = FrameClock(rate), read_run(run).arrays
+    folder.mkdir()
+    for name in ("run.json", "face.npz"):
+        shutil.copyfile(run / name, folder / name)
+    codes = {i: np.load(run.parent / "corpus" / "face" / "key" / "codes" / f"{i}.npz")["parameters"]
+             for i in lead["reference"]}
+    reference = {i: resample(x.astype(float), FrameClock(25), clock) for i, x in codes.items()}
+    arrays = {"reference": reference, "predicted": {i: 0.5 * x for i, x in reference.items()},
+              "speech": {i: np.ones(len(x), bool) for i, x in reference.items()},
+              "valid": {i: np.ones(len(x), bool) for i, x in reference.items()}}
+    for kind, values in arrays.items():
+        files.write_arrays(folder / "predictions" / f"{kind}.npz", **values)
+    text = (run / "config.yaml").read_text()
+    files.write_text(folder / "config.yaml", text.replace("rate: 100", f"rate: {rate}"))
+    return folder
+
+
+def test_runs_of_other_rates_are_measured_on_the_finest_clock(run, tmp_path, capsys):
+    slow = at_rate(run, tmp_path / "slow", 50)
+    told = on_one_clock({"slow": read_run(slow), "fast": read_run(run)})
+    lead = read_run(run)
+    assert told["slow"].clock == FrameClock(100) and told["fast"].arrays is not None
+    for i, x in told["slow"].arrays["predicted"].items():
+        assert x.shape == lead.arrays["reference"][i].shape
+        np.testing.assert_array_equal(told["slow"].arrays["reference"][i], lead.arrays["reference"][i])
+        np.testing.assert_array_equal(told["slow"].arrays["speech"][i], lead.arrays["speech"][i])
+        np.testing.assert_allclose(x, 0.5 * lead.arrays["reference"][i], atol=0.05 * np.abs(x).max())
+    assert run_command("compare", str(slow), str(run), "--out", str(tmp_path / "out"), "--first", "2") == 0
+    values = json.loads((tmp_path / "out" / "evaluation.json").read_text())["values"]
+    assert values["slow"]["correlation"]["value"] == pytest.approx(values["run"]["correlation"]["value"], abs=0.01)
+    page = (tmp_path / "out" / "evaluation.md").read_text()
+    assert "All were measured at 100 frames a second" in page and "| slow | 50 |" in page
+    capsys.readouterr()
+
+
+def test_runs_of_one_clock_stand_as_they_are(run):
+    own = read_run(run)
+    assert on_one_clock({"a": own, "b": own}) == {"a": own, "b": own}
+
+
+def test_another_rate_with_another_face_is_refused(run, tmp_path):
+    slow = at_rate(run, tmp_path / "slow", 50)
+    (slow / "face.npz").write_bytes(b"another")
+    with pytest.raises(DnnvssError, match="has 50 frames a second, and no run of the finest rate has its face"):
+        on_one_clock({"slow": read_run(slow), "fast": read_run(run)})
 
 
 @pytest.mark.skipif(not CHROMIUM, reason="needs the program chromium to open the report")

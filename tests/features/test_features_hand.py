@@ -1,7 +1,9 @@
 """An utterance of three phones, every column written out by hand."""
 
 import numpy as np
+import pytest
 
+from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable, encode, expand
 from dnnvss.features.block import Settings
 from dnnvss.phones import PHONES
@@ -90,6 +92,24 @@ def test_context_of_phones() -> None:
         "phone_context/+2:IY": [1, 1, 0, 0, 0, 0, 0, 0],
         "phone_context/+2:sil": [0, 0, 1, 1, 1, 1, 1, 1],
     }
+
+
+@pytest.mark.parametrize("segment", [1, 3, 7])
+def test_segments_of_other_lengths(segment: int) -> None:
+    reach = segment // 2
+    phones = ["sil"] * 3 + ["sil", "M", "IY"] + ["sil"] * 3
+    at = [0, 0, 1, 1, 1, 2, 2, 2]
+    dense = columns(["phone_context"], segment=segment)
+    for k in range(-reach, reach + 1):
+        for phone in PHONES:
+            expected = [float(phones[3 + s + k] == phone) for s in at]
+            assert dense.get(f"phone_context/{k:+d}:{phone}", [0.0] * 8) == expected
+    assert len({name.split(":")[0] for name in dense}) == segment
+
+
+def test_a_segment_has_a_middle_one() -> None:
+    with pytest.raises(DnnvssError, match=r"labels\.segment=4 has no middle one.*labels\.segment=3 or 5"):
+        Settings(segment=4)
 
 
 def test_higher_levels_are_zero_in_silence() -> None:

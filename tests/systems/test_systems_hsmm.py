@@ -120,6 +120,19 @@ def test_first_question_is_the_best_of_all() -> None:
         np.testing.assert_allclose(tree.variance[k], values[leaf == k].var(0))
 
 
+def test_what_is_asked_first_is_asked_of_all_that_said_no() -> None:
+    rng = np.random.default_rng(0)
+    code = rng.integers(0, 3, 300)
+    answers = np.concatenate([code[:, None] == np.arange(4), rng.random((300, 5)) < 0.5], 1)
+    values = 5.0 * answers[:, 5:6] * (code[:, None] == 2) + rng.normal(size=(300, 4))
+    tree = grow(answers, Sums(np.ones(300), values, values**2), Growth(least_rows=5), first=(3, 0, 1, 2))
+    assert tree.question[0] == 0 and tree.question[tree.no[0]] == 1  # column 3 tells nothing: nobody says yes
+    last = tree.no[tree.no[0]]
+    assert tree.question[last] == 5 and tree.leaf[tree.yes[0]] >= 0  # what is worth asking, and only where it is
+    leaf = tree(answers)
+    assert [len(np.unique(leaf[code == c])) for c in range(3)] == [1, 1, 2]
+
+
 def test_description_length_stops_at_noise() -> None:
     rng = np.random.default_rng(0)
     answers, values = rng.random((500, 40)) < 0.5, rng.normal(size=(500, 4))

@@ -9,9 +9,9 @@ from dnnvss.features.sources.base import FeatureSource
 from dnnvss.features.sources.encoder import ENCODER_SOURCE
 from dnnvss.features.sources.phones import PHONE_SOURCE, PhoneSegments, phones_of
 from dnnvss.features.sources.sound import SOUND_SOURCES
-from dnnvss.features.sources.visemes import VISEME_SOURCE
+from dnnvss.features.sources.visemes import VISEME_SOURCE, VisemeSegments, visemes_of
 
-__all__ = ["SOURCES", "FeatureSource", "PhoneSegments", "array_fields", "phones_of"]
+__all__ = ["SOURCES", "FeatureSource", "PhoneSegments", "VisemeSegments", "array_fields", "phones_of", "visemes_of"]
 
 SOURCES: Mapping[str, FeatureSource] = {source.name: source for source in
                                         (PHONE_SOURCE, VISEME_SOURCE, *SOUND_SOURCES, ENCODER_SOURCE)}

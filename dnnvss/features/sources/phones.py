@@ -65,8 +65,8 @@ def _fields(settings: Settings) -> Mapping[str, Field]:
 
 
 def _blocks(settings: Settings) -> list[Block]:
-    return [*unit_blocks(_UNITS, settings.offsets), *class_blocks(), *tree_blocks(), fraction_block(_UNITS),
-            *class_context_blocks(_UNITS)]
+    return [*unit_blocks(_UNITS, settings.offsets, settings.neighbours), *class_blocks(), *tree_blocks(),
+            fraction_block(_UNITS), *class_context_blocks(_UNITS)]
 
 
 def _encode(recording: Recording, settings: Settings, clock: FrameClock, frames: int) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from dnnvss.features.fields import Field
 from dnnvss.features.view import View
 
 THIRDS = ("start", "middle", "end")
-_NEIGHBOURS = (-2, -1, 0, 1, 2)
+_NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 
 
 @dataclass(frozen=True)
@@ -137,11 +137,19 @@ def track(view: View, name: str) -> Track:
     return view.tracks[name]
 
 
-def unit_blocks(units: Units, offsets: tuple[int, ...]) -> list[Block]:
-    """The blocks that all units have in common; ``offsets`` are the frames of the window."""
+def unit_blocks(units: Units, offsets: tuple[int, ...], neighbours: tuple[int, ...]) -> list[Block]:
+    """The blocks that all units have in common.
+
+    Args:
+        units: of the tier.
+        offsets: frames of the window, relative to the current one.
+        neighbours: places of the segment context, relative to its middle one.
+    """
     unit, names, reads = units.name, units.names, (units.source,)
     window = "phonetic" if units.paper == "phoneme" else units.paper
     number = table_1(f"frame: position and number of frames in {units.paper}")
+    reach = _NUMBERS[max(neighbours)]
+    beside = f", {reach} before and {reach} after; {units.beyond} outside the utterance" if max(neighbours) else ""
     return [
         binary(f"centre_{unit}", "frame", reads, table_1(f"frame: centre {units.paper}"), f"the {unit} of this frame",
                names, 1, partial(centre, unit)),
@@ -155,8 +163,8 @@ def unit_blocks(units: Units, offsets: tuple[int, ...]) -> list[Block]:
         numeric(f"{unit}_span", "frame", reads, "frames", table_1(f"frame: forward {units.paper} span"),
                 f"frames until the {unit} changes, this one included", ("frames",), partial(span, unit)),
         binary(f"{unit}_context", "segment", reads, table_1(f"segment: {units.paper} context"),
-               f"the {unit}, two before and two after; {units.beyond} outside the utterance",
-               at_offsets(_NEIGHBOURS, names), len(_NEIGHBOURS), partial(context, units, _NEIGHBOURS)),
+               f"the {unit}{beside}", at_offsets(neighbours, names), len(neighbours),
+               partial(context, units, neighbours)),
     ]
 
 

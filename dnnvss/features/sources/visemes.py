@@ -1,8 +1,9 @@
 """Dynamic visemes: which, where in them, and what they share with phones and syllables."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -35,6 +36,32 @@ _FIELDS = {
 }
 
 
+@dataclass(frozen=True)
+class VisemeSegments:
+    """The dynamic visemes of frame codes, NumPy, a row for each of S segments.
+
+    Args:
+        code: number of the unit (S,) int64.
+        frames: how many it has (S,) int64; 0 where it is too short to own one.
+        phones: spoken phones from its first frame to its last (S,) int64.
+    """
+
+    code: np.ndarray
+    frames: np.ndarray
+    phones: np.ndarray
+
+
+class _Codes(Protocol):
+    @property
+    def arrays(self) -> Mapping[str, Any]: ...
+
+
+def visemes_of(codes: _Codes) -> VisemeSegments:
+    """The dynamic visemes of frame codes that hold NumPy arrays of them."""
+    names = ("viseme_code", "viseme_frames", "viseme_phones")
+    return VisemeSegments(*(np.asarray(codes.arrays[name], np.int64) for name in names))
+
+
 def _fields(settings: Settings) -> Mapping[str, Field]:
     del settings
     return _FIELDS
@@ -44,7 +71,7 @@ def _blocks(settings: Settings) -> list[Block]:
     units = Units("viseme", "visemes", "dynamic viseme", tuple(str(u) for u in range(settings.units)), np.uint16)
     number = table_1("syllable: position and number of dynamic visemes in syllable")
     return [
-        *unit_blocks(units, settings.offsets),
+        *unit_blocks(units, settings.offsets, settings.neighbours),
         numeric("viseme_phones", "segment", ("visemes",), "phones",
                 table_1("segment: number of phonemes in dynamic viseme"),
                 "spoken phones from the viseme's first frame to its last", ("phones",),
