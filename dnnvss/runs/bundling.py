@@ -13,6 +13,7 @@ from dnnvss.runs.run import Run
 from dnnvss.staging import is_ours, sweep
 from dnnvss.training.arrays import save_arrays
 from dnnvss.training.checkpoints import load_checkpoint
+from dnnvss.training.learnt import read_learnt
 
 
 def export_run(run: Run, path: Path) -> Path:
@@ -52,7 +53,7 @@ def write_bundle(run: Run, folder: Path, network: str = "model.onnx") -> Path:
         if exports:
             export_run(run, folder / name)
         else:
-            save_arrays(folder / name, load_checkpoint(run.files.model))
+            save_arrays(folder / name, read_learnt(run.files.model))
         if "visemes" in run.task.table.sources:
             save_arrays(theirs.bundled_units, load_checkpoint(run.files.units))
         for path in _copied(run):

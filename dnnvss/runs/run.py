@@ -32,6 +32,7 @@ from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task
 from dnnvss.systems.plain_network import PlainNetwork
 from dnnvss.training.arrays import load_arrays, save_arrays
+from dnnvss.training.learnt import read_learnt
 from dnnvss.visemes import TIER
 
 if TYPE_CHECKING:
@@ -222,12 +223,10 @@ def _trained(path: Path, settings: RunSettings) -> VisualModel:
     if not path.is_file():
         raise DnnvssError("holds a run that has not ended", file=folder,
                           remedy="Run its train.py command again: it goes on where it stopped")
-    from dnnvss.training.checkpoints import load_checkpoint
-
-    checkpoint = load_checkpoint(path)
+    learnt = read_learnt(path)
     model = make_model(settings, settings.task)
     with _learnt_by(settings, path):
-        model.load_state(_checked(checkpoint, settings, path))
+        model.load_state(_checked(learnt, settings, path))
     return model
 
 

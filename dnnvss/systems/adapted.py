@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from scipy.spatial.distance import cdist
 
 from dnnvss.errors import DnnvssError
@@ -17,7 +16,7 @@ from dnnvss.systems.base import Example
 from dnnvss.systems.ensemble import trajectory
 from dnnvss.systems.kernel import KernelRegression, KernelSettings, described, typical_distance
 from dnnvss.timing import FrameClock
-from dnnvss.training.checkpoints import load_checkpoint
+from dnnvss.training.learnt import read_learnt
 
 _REMEDY = "Name runs of other talkers: knowledge=runs/NAME"
 
@@ -117,13 +116,13 @@ class AdaptedRegression(KernelRegression):
 
     def state(self) -> dict[str, Any]:
         """What the regression learnt, and what the sources had learnt."""
-        return {**super().state(), "scale": torch.from_numpy(self.scale_),
+        return {**super().state(), "scale": self.scale_,
                 "sources": {name: source.state() for name, source in self.sources.items()}}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over what was learnt."""
         super().load_state(state)
-        self.scale_ = state["scale"].numpy()
+        self.scale_ = state["scale"]
         for name, source in self.sources.items():
             source.load_state(state["sources"][name])
 
@@ -158,6 +157,6 @@ def _state(source: SourceSettings) -> dict[str, Any]:
     if not path.is_file() or digest(path) != source.digest:
         raise DnnvssError("is not what it was when this run was begun", file=path,
                           remedy="Begin the run anew: overwrite=true")
-    state = load_checkpoint(path)["state"]
+    state = read_learnt(path)["state"]
     assert isinstance(state, dict), path
     return state

@@ -164,7 +164,7 @@ class VisualModel(ABC):
 
     @abstractmethod
     def state(self) -> dict[str, Any]:
-        """Return what was learnt as tensors and plain containers."""
+        """Return what was learnt as arrays and plain containers."""
 
     @abstractmethod
     def load_state(self, state: dict[str, Any]) -> None:

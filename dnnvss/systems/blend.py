@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.features import FeatureTable
 from dnnvss.settings import setting
 from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel
-from dnnvss.systems.network import MembersSettings, NetworkModel, NetworkSettings
+from dnnvss.systems.members import MembersSettings, NetworkSettings
+from dnnvss.systems.network import NetworkModel
 from dnnvss.timing import FrameClock
 
 
@@ -74,13 +74,13 @@ class BlendedNetworks(VisualModel):
 
     def state(self) -> dict[str, Any]:
         """Return the states of both networks and the error variance."""
-        return {"phones": self.phones.state(), "all": self.all.state(), "variance": torch.from_numpy(self.variance_)}
+        return {"phones": self.phones.state(), "all": self.all.state(), "variance": self.variance_}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over the states of both networks and the error variance."""
         self.phones.load_state(state["phones"])
         self.all.load_state(state["all"])
-        self.variance_ = state["variance"].numpy()
+        self.variance_ = state["variance"]
 
     def _mean(self, example: Example) -> np.ndarray:
         phones, every = self.phones.predict(self._phones(example)).mean, self.all.predict(example).mean

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from scipy.optimize import nnls
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives, smoothing_spline
@@ -93,13 +92,13 @@ class CanonicalRegression(VisualModel):
         """The mappings, what each is worth, and the error variance."""
         arrays = {"weights": self.weights_, "constant": self.constant_, "variance": self.variance_}
         return {"mappings": [mapping.state() for mapping in self.mappings_],
-                **{name: torch.from_numpy(array) for name, array in arrays.items()}}
+                **arrays}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over what :meth:`state` gave."""
         self.mappings_ = [AudioVisual.from_state(mapping) for mapping in state["mappings"]]
         self.weights_, self.constant_, self.variance_ = (
-            state[name].numpy() for name in ("weights", "constant", "variance"))
+            state[name] for name in ("weights", "constant", "variance"))
 
     def _streams(self, example: Example, streams: int) -> np.ndarray:
         """The prediction (T, W, D)."""

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-import torch
 
 from dnnvss.systems.cluster_choice import posteriors, transitions, viterbi
 from dnnvss.systems.mapping import cluster, nearest
@@ -77,14 +76,14 @@ class ClusteredNode:
             out[own] += shares[own, k, None] * (self.appearance[k] + d @ self.appearance_modes[k])
         return out
 
-    def state(self) -> dict[str, torch.Tensor]:
-        """The arrays as tensors."""
-        return {f.name: torch.from_numpy(np.ascontiguousarray(getattr(self, f.name))) for f in fields(self)}
+    def state(self) -> dict[str, np.ndarray]:
+        """The arrays by name."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @classmethod
-    def from_state(cls, state: dict[str, torch.Tensor]) -> "ClusteredNode":
+    def from_state(cls, state: dict[str, np.ndarray]) -> "ClusteredNode":
         """The node of :meth:`state`."""
-        return cls(**{name: tensor.numpy() for name, tensor in state.items()})
+        return cls(**state)
 
 
 def fit_node(appearance: Sequence[np.ndarray], sound: Sequence[np.ndarray], clusters: int, starts: int,

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from scipy.ndimage import uniform_filter1d
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives
@@ -108,21 +107,21 @@ class SpeechAppearanceClusters(VisualModel):
 
     def state(self) -> dict[str, Any]:
         """The space of the sound, the parts with their clusters, mean and error variance."""
-        parts = {name: {"parent": self.regions_[name].parent, "form": torch.from_numpy(self.regions_[name].form),
-                        "read": torch.from_numpy(np.ascontiguousarray(self.shown_[name].read)),
-                        "show": torch.from_numpy(np.ascontiguousarray(self.shown_[name].show)),
+        parts = {name: {"parent": self.regions_[name].parent, "form": self.regions_[name].form,
+                        "read": self.shown_[name].read,
+                        "show": self.shown_[name].show,
                         "clusters": node.state()} for name, node in self.nodes_.items()}
-        return {"space": self.space_.state(), "parts": parts, "mean": torch.from_numpy(self.mean_),
-                "variance": torch.from_numpy(self.variance_)}
+        return {"space": self.space_.state(), "parts": parts, "mean": self.mean_,
+                "variance": self.variance_}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over what :meth:`state` gave."""
         self.space_ = VoiceSpace.from_state(state["space"])
         parts = state["parts"]
-        self.regions_ = {name: Region(p["parent"], p["form"].numpy()) for name, p in parts.items()}
-        self.shown_ = {name: Appearance(p["read"].numpy(), p["show"].numpy()) for name, p in parts.items()}
+        self.regions_ = {name: Region(p["parent"], p["form"]) for name, p in parts.items()}
+        self.shown_ = {name: Appearance(p["read"], p["show"]) for name, p in parts.items()}
         self.nodes_ = {name: ClusteredNode.from_state(p["clusters"]) for name, p in parts.items()}
-        self.mean_, self.variance_ = state["mean"].numpy(), state["variance"].numpy()
+        self.mean_, self.variance_ = state["mean"], state["variance"]
 
     def _streams(self, example: Example, streams: int) -> np.ndarray:
         """The prediction (T, W, D)."""

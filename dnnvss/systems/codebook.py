@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives, smoothing_spline
 from dnnvss.features import phones_of
@@ -145,12 +144,12 @@ class Codebook(VisualModel):
 
     def state(self) -> dict[str, Any]:
         """Return the corpus, the distances between phones and the variance of the streams."""
-        return {"corpus": self.corpus_.state(), "distances": torch.from_numpy(self.distances_),
-                "variance": torch.from_numpy(self.variance_)}
+        return {"corpus": self.corpus_.state(), "distances": self.distances_,
+                "variance": self.variance_}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over the corpus."""
-        self._take(Inventory.from_state(state["corpus"]), state["distances"].numpy(), state["variance"].numpy())
+        self._take(Inventory.from_state(state["corpus"]), state["distances"], state["variance"])
 
     def _take(self, corpus: Inventory, distances: np.ndarray, variance: np.ndarray) -> None:
         """Take over what was learnt, and index what follows from it."""

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import phones_of
@@ -100,13 +99,13 @@ class Inventory:
         return neighbours(self.code, self.owner, width)
 
     def state(self) -> dict[str, Any]:
-        """Return ids and arrays as plain containers and tensors."""
-        return {"ids": list(self.ids)} | {n: torch.from_numpy(np.ascontiguousarray(getattr(self, n))) for n in _ARRAYS}
+        """Return ids and arrays as plain containers."""
+        return {"ids": list(self.ids)} | {n: getattr(self, n) for n in _ARRAYS}
 
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> "Inventory":
         """Return the inventory that :meth:`state` described."""
-        return cls(tuple(state["ids"]), **{name: state[name].numpy() for name in _ARRAYS})
+        return cls(tuple(state["ids"]), **{name: state[name] for name in _ARRAYS})
 
 
 def neighbours(code: np.ndarray, owner: np.ndarray, width: int) -> np.ndarray:

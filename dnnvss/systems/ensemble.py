@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives, mlpg
 from dnnvss.errors import DnnvssError
@@ -91,13 +90,13 @@ class Ensemble(VisualModel):
     def state(self) -> dict[str, Any]:
         """Return the states of the systems and the error variance."""
         return {"systems": {name: system.state() for name, system in self.systems.items()},
-                "variance": torch.from_numpy(self.variance_)}
+                "variance": self.variance_}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over the states of the systems and the error variance."""
         for name, system in self.systems.items():
             system.load_state(state["systems"][name])
-        self.variance_ = state["variance"].numpy()
+        self.variance_ = state["variance"]
         self.windows_ = STATIC_DELTA_DELTA2.first(len(self.variance_))
 
 

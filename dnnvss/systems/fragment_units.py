@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.features import phones_of
 from dnnvss.phones import PHONES
@@ -178,11 +177,11 @@ class FragmentCorpus:
         return usable[apart == apart.min()]
 
     def state(self) -> dict[str, Any]:
-        """Plain containers and tensors."""
+        """Plain containers and arrays."""
         return {
             "recorded": self.recorded.state(),
-            "word": torch.from_numpy(self.word),
-            "syllable": torch.from_numpy(self.syllable),
+            "word": self.word,
+            "syllable": self.syllable,
         }
 
     @classmethod
@@ -190,8 +189,8 @@ class FragmentCorpus:
         """The corpus that :meth:`state` described."""
         return cls(
             Inventory.from_state(state["recorded"]),
-            state["word"].numpy(),
-            state["syllable"].numpy(),
+            state["word"],
+            state["syllable"],
         )
 
 

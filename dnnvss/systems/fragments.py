@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives, smoothing_spline
 from dnnvss.features import phones_of
@@ -280,15 +279,15 @@ class Fragments(VisualModel):
         """The corpus, the distances between phones, the variance of the streams, and the stretch."""
         return {
             "corpus": self.corpus_.state(),
-            "distances": torch.from_numpy(self.distances_),
-            "variance": torch.from_numpy(self.variance_),
-            "centre": torch.from_numpy(self.centre_),
-            "stretch": torch.from_numpy(self.stretch_),
+            "distances": self.distances_,
+            "variance": self.variance_,
+            "centre": self.centre_,
+            "stretch": self.stretch_,
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over what another instance had learnt."""
-        arrays = (state[name].numpy() for name in ("distances", "variance", "centre", "stretch"))
+        arrays = (state[name] for name in ("distances", "variance", "centre", "stretch"))
         self._take(FragmentCorpus.from_state(state["corpus"]), *arrays)
 
     def _take(

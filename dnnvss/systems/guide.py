@@ -1,6 +1,6 @@
 """A system that leads another: its trajectory, stretched to the talker's movement, chooses recorded pieces."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from dnnvss.features import FeatureTable
 from dnnvss.systems.base import Example, VisualModel, pooled
+from dnnvss.systems.plain_network import PlainNetwork
 from dnnvss.systems.registry import check_inputs, read_system
 from dnnvss.timing import FrameClock
 from dnnvss.training.settings import FitSettings
@@ -41,6 +42,23 @@ def make_guide(guide: Mapping[str, Any], table: FeatureTable, clock: FrameClock,
         settings = replace(settings, fit=fit)
     check_inputs(f"guided with {_WHERE}.system={cls.system}", cls, table)
     return cls(table, clock, settings)
+
+
+def opened_guide(guide: Mapping[str, Any], made: Callable[[], VisualModel], table: FeatureTable, clock: FrameClock,
+                 state: Mapping[str, Any]) -> VisualModel:
+    """The system that settings describe, with what it learnt: a feed-forward network without torch.
+
+    Args:
+        guide: the settings.
+        made: gives the untrained system.
+        table, clock: of labels and trajectories.
+        state: what :meth:`VisualModel.state` gave.
+    """
+    if PlainNetwork.serves(guide) and (plain := PlainNetwork.of(guide, table, clock, state)) is not None:
+        return plain
+    leader = made()
+    leader.load_state(dict(state))
+    return leader
 
 
 def stretch_of(leader: VisualModel, examples: Sequence[Example]) -> tuple[np.ndarray, np.ndarray]:

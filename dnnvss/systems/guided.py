@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face
@@ -17,8 +17,9 @@ from dnnvss.settings import setting
 from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel
 from dnnvss.systems.codebook import Choice, Codebook, CodebookSettings
 from dnnvss.systems.codebook_units import SAMPLES
-from dnnvss.systems.guide import check_guide, make_guide, stretch_of
-from dnnvss.systems.network import MembersSettings, NetworkModel, NetworkSettings
+from dnnvss.systems.guide import check_guide, make_guide, opened_guide, stretch_of
+from dnnvss.systems.members import MembersSettings, NetworkSettings
+from dnnvss.systems.plain_network import PlainNetwork
 from dnnvss.timing import FrameClock
 
 
@@ -80,7 +81,6 @@ class GuidedCodebook(VisualModel):
         super().__init__(table, clock, settings)
         s = self.settings
         self.candidates, self.examples, self.join = s.candidates, s.examples, s.join
-        self.leader = self._leader()
         self.book = Codebook(table, clock, CodebookSettings(examples=1, cutoff=s.cutoff))
 
     def take_face(self, face: Face) -> None:
@@ -89,6 +89,8 @@ class GuidedCodebook(VisualModel):
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit the guide and keep the training trajectories."""
+        if isinstance(self.leader, PlainNetwork):  # as it was opened; it learns no more
+            self.leader = self._leader()
         self.leader.fit(train, val, folder / "network")
         self.book.fit(train, val, folder)
         self.centre_, self.stretch_ = stretch_of(self.leader, val)
@@ -118,19 +120,28 @@ class GuidedCodebook(VisualModel):
     def state(self) -> dict[str, Any]:
         """Return the states of the guide and of the codebook, and how the guide's trajectory is stretched."""
         return {"guide": self.leader.state(), "book": self.book.state(),
-                "centre": torch.from_numpy(self.centre_), "stretch": torch.from_numpy(self.stretch_)}
+                "centre": self.centre_, "stretch": self.stretch_}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over the states of the guide and of the codebook."""
-        self.leader.load_state(state["guide"])
+        own = self.settings
+        described = own.guide or {"system": "network", "network": own.network}
+        self.leader = opened_guide(described, self._leader, self.table, self.clock, state["guide"])
         self.book.load_state(state["book"])
-        self.centre_, self.stretch_ = state["centre"].numpy(), state["stretch"].numpy()
+        self.centre_, self.stretch_ = state["centre"], state["stretch"]
         self._index()
+
+    @cached_property
+    def leader(self) -> VisualModel:
+        """The guide, untrained where none was fitted or opened."""
+        return self._leader()
 
     def _leader(self) -> VisualModel:
         """The untrained guide."""
         s = self.settings
         if s.guide is None:
+            from dnnvss.systems.network import NetworkModel  # loads torch
+
             return NetworkModel(self.table, self.clock, NetworkSettings(s.network, s.fit, s.members))
         return make_guide(s.guide, self.table, self.clock, s.fit)
 

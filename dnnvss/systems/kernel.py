@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.distance import cdist, pdist
 
@@ -123,13 +122,13 @@ class KernelRegression(VisualModel):
     def state(self) -> dict[str, Any]:
         """Return what was seen of the training frames, their weights, mean, variance and the kernel's width."""
         arrays = {"seen": self.seen_, "weights": self.weights_, "mean": self.mean_, "variance": self.variance_}
-        return {"width": self.width_} | {n: torch.from_numpy(np.ascontiguousarray(a)) for n, a in arrays.items()}
+        return {"width": self.width_} | arrays
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over what was learnt."""
         self.width_ = float(state["width"])
         self.seen_, self.weights_, self.mean_, self.variance_ = (
-            state[name].numpy() for name in ("seen", "weights", "mean", "variance"))
+            state[name] for name in ("seen", "weights", "mean", "variance"))
         self.windows_ = STATIC_DELTA_DELTA2.first(len(self.variance_))
 
     def _kernel(self, seen: np.ndarray) -> np.ndarray:

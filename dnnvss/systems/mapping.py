@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.systems.canonical import Moments, canonical, regression
 
@@ -46,14 +45,14 @@ class AudioVisual:
         """The region (T,) of each row (T, r)."""
         return nearest(x @ self.projection, self.centres)
 
-    def state(self) -> dict[str, torch.Tensor]:
-        """The arrays as tensors."""
-        return {name: torch.from_numpy(np.ascontiguousarray(array)) for name, array in asdict(self).items()}
+    def state(self) -> dict[str, np.ndarray]:
+        """The arrays by name."""
+        return asdict(self)
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> "AudioVisual":
         """The mapping of :meth:`state`."""
-        return cls(**{name: tensor.numpy() for name, tensor in state.items()})
+        return cls(**state)
 
 
 def fit_mapping(pairs: Pairs, groups: Sequence[Sequence[int]], regions: int = 1, factors: int | None = None,

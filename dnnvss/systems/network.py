@@ -1,8 +1,8 @@
 """A network behind the model interface: scaling, the fit, and prediction frame by frame."""
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +13,10 @@ from torch import Tensor, nn
 
 from dnnvss import files
 from dnnvss.features import CodeStore, FeatureTable, FrameCodes, NumericScaler
-from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import READABLE, Example, Prediction, PredictionStream, VisualModel, moments
 from dnnvss.systems.figures import trajectory_figure
 from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan, filled
+from dnnvss.systems.members import NetworkSettings
 from dnnvss.systems.parts import pieces
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.systems.unheard import heard_phones, lend_weights
@@ -34,26 +34,6 @@ if TYPE_CHECKING:
 _CHUNK = 4096  # frames a pass over the validation frames
 STILL = 1e-4
 """Least deviation of a coefficient as a share of the largest one: what hardly moves in training is not blown up."""
-
-
-@dataclass(frozen=True)
-class MembersSettings:
-    """Networks of one kind, fitted one after the other."""
-
-    network: Mapping[str, Any] = setting({"kind": "feedforward"}, doc="its kind, and what that kind lets one set")
-    fit: FitSettings = field(default_factory=FitSettings)
-    members: int = setting(1, least=1, doc="networks of different seeds that are fitted and averaged")
-
-    def __post_init__(self) -> None:
-        check_settings(self, "model")
-        NetworkPlan.read(self.network)
-
-
-@dataclass(frozen=True)
-class NetworkSettings(MembersSettings):
-    """The settings of :class:`NetworkModel`."""
-
-    variances: bool = setting(False, doc="whether a second head predicts a variance for every frame and output")
 
 
 class NetworkModel(VisualModel):
@@ -239,18 +219,18 @@ class NetworkModel(VisualModel):
 
     def state(self) -> dict[str, Any]:
         """Return weights, scalers and error variances."""
-        arrays = {"mean": self.mean_, "deviation": self.deviation_, "variance": self.variance_}
         return {
-            "networks": [{k: v.detach().cpu() for k, v in n.state_dict().items()} for n in self.networks_],
+            "networks": [{k: v.detach().cpu().numpy() for k, v in n.state_dict().items()} for n in self.networks_],
             "scaler": self.scaler_.describe(),
-            **{name: torch.from_numpy(np.ascontiguousarray(a)) for name, a in arrays.items()},
+            "mean": self.mean_, "deviation": self.deviation_, "variance": self.variance_,
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over weights, scalers and error variances."""
-        self.mean_, self.deviation_, self.variance_ = (state[n].numpy() for n in ("mean", "deviation", "variance"))
+        self.mean_, self.deviation_, self.variance_ = (state[n] for n in ("mean", "deviation", "variance"))
         self.scaler_ = NumericScaler.from_description(state["scaler"])
-        self.networks_ = [filled(self._new_network, weights).eval() for weights in state["networks"]]
+        told = [{name: torch.from_numpy(array) for name, array in weights.items()} for weights in state["networks"]]
+        self.networks_ = [filled(self._new_network, weights).eval() for weights in told]
 
     def _new_network(self) -> FrameNetwork:
         return self.plan.build(binary=self.table.binary_width, numeric=self.table.numeric_width,

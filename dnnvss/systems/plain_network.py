@@ -30,13 +30,15 @@ class PlainNetwork(VisualModel):
         scaler: of the numeric columns.
         streams: ``mean``, ``deviation`` and ``variance`` (W, D).
         variances: whether the networks tell log variances behind the means.
+        learnt: all that as :meth:`NetworkModel.state` gave it.
     """
 
     reads = READABLE
 
     def __init__(self, table: FeatureTable, clock: FrameClock, members: Sequence[Layers], scaler: NumericScaler,
-                 streams: Mapping[str, np.ndarray], variances: bool) -> None:
+                 streams: Mapping[str, np.ndarray], variances: bool, learnt: Mapping[str, Any]) -> None:
         super().__init__(table, clock)
+        self.learnt = learnt
         self.members, self.scaler, self.variances = tuple(members), scaler, variances
         self.shape = streams["mean"].shape
         self.centre, self.spread = (streams[name].astype(np.float32) for name in ("mean", "deviation"))
@@ -75,7 +77,7 @@ class PlainNetwork(VisualModel):
         scaler = NumericScaler.from_description(state["scaler"])
         if not members or len(members) < len(made) or {s.shape for s in streams.values()} != {shape}:
             return None
-        return cls(table, clock, members, scaler, streams, variances)
+        return cls(table, clock, members, scaler, streams, variances, state)
 
     def predict(self, example: Example) -> Prediction:
         """Return mean streams and variances, those of the mixture of members and of labels that may be true as well."""
@@ -103,8 +105,8 @@ class PlainNetwork(VisualModel):
         raise DnnvssError(_LEARNS_NOT, remedy="Train a run: python train.py")
 
     def state(self) -> dict[str, Any]:
-        """Refuse: the state is the file."""
-        raise DnnvssError(_LEARNS_NOT, remedy="Copy its file")
+        """What it was made of."""
+        return dict(self.learnt)
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Refuse: the state is the file."""

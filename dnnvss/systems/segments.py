@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives
 from dnnvss.errors import DnnvssError
@@ -127,13 +126,13 @@ class GuidedSegments(VisualModel):
         """The guide, how it is stretched, and the trajectories with the places of segments."""
         arrays = {"static": self.static_, "starts": self.starts_, "centre": self.centre_, "stretch": self.stretch_,
                   "variance": self.variance_}
-        return {"guide": self.leader.state(), **{name: torch.from_numpy(a) for name, a in arrays.items()}}
+        return {"guide": self.leader.state(), **arrays}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over what :meth:`state` gave."""
         self.leader.load_state(state["guide"])
         self.static_, self.starts_, self.centre_, self.stretch_, self.variance_ = (
-            state[name].numpy() for name in ("static", "starts", "centre", "stretch", "variance"))
+            state[name] for name in ("static", "starts", "centre", "stretch", "variance"))
         self._index()
 
     def _guide(self, example: Example) -> np.ndarray:

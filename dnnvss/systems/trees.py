@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.settings import setting
 
@@ -93,13 +92,13 @@ class Tree:
                 stack += [(int(self.no[node]), indent + "  ", "no:  "), (int(self.yes[node]), indent + "  ", "yes: ")]
 
     def state(self) -> dict[str, Any]:
-        """Return the arrays as tensors."""
-        return {name: torch.from_numpy(np.ascontiguousarray(getattr(self, name))) for name in _FIELDS}
+        """Return the arrays by name."""
+        return {name: getattr(self, name) for name in _FIELDS}
 
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> "Tree":
         """Return the tree that :meth:`state` described."""
-        return cls(**{name: state[name].numpy() for name in _FIELDS})
+        return cls(**{name: state[name] for name in _FIELDS})
 
 
 def grow(answers: np.ndarray, sums: Sums, growth: Growth, first: Sequence[int] = ()) -> Tree:

@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.systems.canonical import Moments
 
@@ -62,11 +61,11 @@ class VoiceSpace:
         scale = self.spread / np.maximum(sound.std(axis=0), 1e-6) if voice == "offset_and_scale" else 1.0
         return (sound - sound.mean(axis=0)) * scale + self.centre
 
-    def state(self) -> dict[str, torch.Tensor]:
-        """The arrays as tensors."""
-        return {name: torch.from_numpy(np.ascontiguousarray(array)) for name, array in asdict(self).items()}
+    def state(self) -> dict[str, np.ndarray]:
+        """The arrays by name."""
+        return asdict(self)
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> "VoiceSpace":
         """The space of :meth:`state`."""
-        return cls(**{name: tensor.numpy() for name, tensor in state.items()})
+        return cls(**state)

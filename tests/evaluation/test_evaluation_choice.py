@@ -20,7 +20,7 @@ from dnnvss.runs.naming import run_name
 from dnnvss.runs.settings import RunSettings
 from dnnvss.systems import Example
 from dnnvss.systems.examples import Task
-from dnnvss.systems.means import PhoneMean
+from dnnvss.systems.phone_mean import PhoneMean
 
 TASK = Task(TABLE, CLOCK, STATIC_DELTA_DELTA2)
 

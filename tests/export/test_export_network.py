@@ -23,8 +23,8 @@ from dnnvss.features import FeatureTable, NumericScaler, Settings, encode
 from dnnvss.media import Sound
 from dnnvss.systems import Example, Prediction, VisualModel
 from dnnvss.systems.blend import BlendedNetworks
-from dnnvss.systems.means import PhoneMean
 from dnnvss.systems.network import NetworkModel
+from dnnvss.systems.phone_mean import PhoneMean
 from dnnvss.timing import Tier
 from dnnvss.training import FitSettings
 

@@ -15,7 +15,7 @@ from dnnvss.files import digest
 from dnnvss.systems import Example
 from dnnvss.systems.adapted import AdaptedRegression, AdaptedSettings
 from dnnvss.systems.kernel import KernelRegression, KernelSettings
-from dnnvss.training.checkpoints import save_checkpoint
+from dnnvss.training.arrays import save_arrays
 
 Split = dict[str, list[Example]]
 
@@ -25,7 +25,7 @@ def source(examples: Split, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     """A talker of whom eight sentences are known."""
     model = KernelRegression(TABLE, CLOCK, KernelSettings(noise=0.01))
     model.fit(examples["train"], examples["val"], folder := tmp_path_factory.mktemp("source"))
-    save_checkpoint(path := folder / "model.pt", {"state": model.state()})
+    path = save_arrays(folder / "model.npz", {"state": model.state()})
     return {"checkpoint": str(path), "digest": digest(path), "model": {"system": "kernel", "noise": 0.01}}
 
 
@@ -81,7 +81,7 @@ def test_one_sentence_is_enough_of_a_talker_who_moves_as_another(examples: Split
 def test_a_fit_needs_its_sources_as_they_were_and_what_it_learnt_does_not(
         examples: Split, source: dict[str, Any], tmp_path: Path) -> None:
     own = Path(source["checkpoint"])
-    copied = tmp_path / "model.pt"
+    copied = tmp_path / "model.npz"
     copied.write_bytes(own.read_bytes())
     model = adapted({**source, "checkpoint": str(copied)})
     model.fit(examples["val"], [], tmp_path)

@@ -7,7 +7,7 @@ from evaluation.test_evaluation_comparison import MOUTH
 from dnnvss.systems import Example
 from dnnvss.systems.ensemble import Ensemble, EnsembleSettings
 from dnnvss.systems.figures import moments_of, trajectory_figure
-from dnnvss.systems.means import PhoneMean
+from dnnvss.systems.phone_mean import PhoneMean
 
 
 def test_the_moments_are_the_extremes_of_what_was_measured() -> None:

@@ -9,7 +9,8 @@ from conftest import CLOCK, TABLE
 
 from dnnvss.features import encode
 from dnnvss.systems import Example, VisualModel
-from dnnvss.systems.means import PhoneMean, TrainingMean
+from dnnvss.systems.phone_mean import PhoneMean
+from dnnvss.systems.training_mean import TrainingMean
 from dnnvss.timing import Alignment
 
 

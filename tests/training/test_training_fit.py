@@ -32,7 +32,7 @@ def network(settings: FitSettings = SETTINGS) -> NetworkModel:
 
 
 def weights(model: NetworkModel) -> np.ndarray:
-    return np.concatenate([v.numpy().ravel() for v in model.state()["networks"][0].values()])
+    return np.concatenate([v.ravel() for v in model.state()["networks"][0].values()])
 
 
 def test_resumed_fit_ends_with_the_weights_of_an_uninterrupted_one(examples: dict[str, list[Example]],

@@ -27,7 +27,7 @@ def fitted(examples: Splits, folder: Path, settings: FitSettings, dropout: float
 
 
 def weights(model: NetworkModel) -> np.ndarray:
-    return np.concatenate([v.numpy().ravel() for v in model.state()["networks"][0].values()])
+    return np.concatenate([v.ravel() for v in model.state()["networks"][0].values()])
 
 
 @pytest.mark.parametrize("wanted", [{}, {"optimizer": "sgd", "learning_rate": 0.1}, {"average": 0.9},

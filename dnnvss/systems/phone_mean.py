@@ -1,18 +1,17 @@
-"""Null models: what a network has to beat."""
+"""Tables of classes of frames, and the mean of each phone: a null model, which a network has to beat."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
-import torch
 
 from dnnvss.features import phones_of
 from dnnvss.phones import PHONES
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
 
 
-class _TableModel(VisualModel):
+class TableModel(VisualModel):
     """A model whose learnt state is a mean and a variance a class of frames, (classes, W, D) each."""
 
     null = True
@@ -40,25 +39,14 @@ class _TableModel(VisualModel):
 
     def state(self) -> dict[str, Any]:
         """Return the two tables."""
-        return {"mean": torch.from_numpy(self.mean_), "variance": torch.from_numpy(self.variance_)}
+        return {"mean": self.mean_, "variance": self.variance_}
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Take over the two tables."""
-        self.mean_, self.variance_ = state["mean"].numpy(), state["variance"].numpy()
+        self.mean_, self.variance_ = state["mean"], state["variance"]
 
 
-class TrainingMean(_TableModel):
-    """The mean of all training frames, whatever is said."""
-
-    system = "training_mean"
-    reads: ClassVar[frozenset[str]] = frozenset()
-
-    def classes(self, example: Example) -> np.ndarray:
-        """Return zero for every frame."""
-        return np.zeros(len(example.codes), dtype=np.int64)
-
-
-class PhoneMean(_TableModel):
+class PhoneMean(TableModel):
     """The mean of the training frames of the current phone, without context."""
 
     system = "phone_mean"
