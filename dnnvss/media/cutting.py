@@ -15,7 +15,7 @@ from dnnvss.media.decoding import Look, decoded, main_stream
 from dnnvss.media.index import PictureIndex
 from dnnvss.media.reading import SOUND_RATE
 from dnnvss.media.storing import stretch
-from dnnvss.media.writing import SoundTrack, even_sides, video_stream
+from dnnvss.media.writing import SoundTrack, video_frame, video_stream
 
 COPIED = ("h264", "hevc", "av1", "libdav1d", "vp9", "mpeg4", "mjpeg", "mpeg2video", "mpeg1video")
 """How pictures are coded that an mp4 file can hold."""
@@ -209,7 +209,7 @@ def _encoded(path: Path, index: PictureIndex, sound: Path, first: int, last: int
             if stream is None:
                 stream = video_stream(made, image.shape, 1 / index.base, _QUALITY, look.upright_pixel)
                 track = SoundTrack(made, samples, SOUND_RATE) if len(samples) else None
-            picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(even_sides(image)), format="rgb24")
+            picture = video_frame(image)
             picture.pts, picture.time_base = frame.pts - begin, index.base
             made.mux(stream.encode(picture))
             if track is not None:

@@ -23,6 +23,7 @@ from dnnvss.life import (
     speech_contexts,
 )
 from dnnvss.media import read_video
+from dnnvss.render.finer import FinerPicture, finer_places, finer_times
 from dnnvss.render.footage import talker_model
 from dnnvss.render.neutral import Neutral
 from dnnvss.render.patch import bounds
@@ -40,6 +41,8 @@ _HEAD, _NECK = 1.1, 0.7
 """How far the head reaches, in distances of its farthest landmark, and over how much more the picture comes to rest."""
 _BORDER = 12.0
 """Pixels at the picture's border over which it comes to rest."""
+_TOGETHER = 16
+"""Pictures whose eyes are made together: their modes pass through the cache once for all of them."""
 
 
 _FILE = "life-2.npz"
@@ -235,7 +238,10 @@ class LivingPicture:
                                 for m in modes]).reshape(len(modes), -1)
 
     def _place_head(self, points: np.ndarray) -> None:
-        """Where pixels move with the head, and their places, moments about the pivot and shares (5, h, w) there."""
+        """Where pixels move with the head, and their places, moments about the pivot and shares (5, h, w) there.
+
+        All three are counted in pixels of the finer picture that is read.
+        """
         grid = np.stack(np.meshgrid(*(np.arange(n) + 0.0 for n in self._size)), axis=-1)
         far = float(np.linalg.norm(points - self._pivot, axis=1).max())
         ramp = np.clip((_HEAD + _NECK - np.linalg.norm(grid - self._pivot, axis=-1) / max(far, 1e-6)) / _NECK, 0, 1)
@@ -246,17 +252,37 @@ class LivingPicture:
                        slice(columns.min(initial=0), columns.max(initial=-1) + 1))
         grid, weight = np.moveaxis(grid[self._turns], -1, 0), weight[self._turns]
         moment = weight * (grid - self._pivot[:, None, None])
-        self._ways = np.stack([*grid, *moment, weight]).astype(np.float32)
+        self._times = finer_times(self._size)
+        self._ways = np.stack([*finer_places(grid, self._times), *(self._times * moment), self._times * weight]
+                              ).astype(np.float32)
 
-    def over(self, pictures: Iterator[np.ndarray], moves: Moves) -> Iterator[np.ndarray]:
-        """Yield the pictures, uint8 RGB (H, W_, 3), with the movements of a row each."""
-        for picture, eyes, head in zip(pictures, moves.eyes, moves.head, strict=True):
+    def over(self, pictures: Iterator[np.ndarray], moves: Moves, moving: tuple[slice, slice] | None = None
+             ) -> Iterator[np.ndarray]:
+        """Yield the pictures, uint8 RGB (H, W_, 3), with the movements of a row each.
+
+        Args:
+            pictures: what is drawn over.
+            moves: of eyes and head.
+            moving: rows and columns in which the pictures differ; all of them where None.
+        """
+        finer: FinerPicture | None = None
+        for picture, eyes, head in zip(pictures, self._eyes(moves.eyes), moves.head, strict=True):
             drawn = picture.copy()
-            added = (eyes.astype(np.float32) @ self._modes).reshape(drawn[self._box].shape)
-            drawn[self._box] = np.clip(drawn[self._box] + added, 0, 255).round().astype(np.uint8)
-            yield self._turned(drawn, head)
+            drawn[self._box] = cv2.add(drawn[self._box], eyes, dtype=cv2.CV_8U)
+            if finer is None:
+                finer = FinerPicture.of(drawn, self._times)
+            else:
+                finer.take(drawn, _around(self._box, moving))
+            yield self._turned(drawn, finer, head)
 
-    def _turned(self, picture: np.ndarray, head: np.ndarray) -> np.ndarray:
+    def _eyes(self, eyes: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield what is added to each picture where the eyes are, (h, w, 3) float32, for rows (F, 1 + K)."""
+        rows, columns = self._box
+        for start in range(0, len(eyes), _TOGETHER):
+            added = eyes[start : start + _TOGETHER].astype(np.float32) @ self._modes
+            yield from added.reshape(len(added), rows.stop - rows.start, columns.stop - columns.start, 3)
+
+    def _turned(self, picture: np.ndarray, finer: "FinerPicture", head: np.ndarray) -> np.ndarray:
         """A picture of one's own, moved with the head: each pixel is read where the movement, as far as it goes there,
         had it."""
         back = 1 / complex(1 + head[0], head[1])
@@ -266,5 +292,13 @@ class LivingPicture:
                            [0, 1, turn.imag, turn.real, -shift.imag]], np.float32)
         across, down = np.tensordot(shares, self._ways, axes=1)
         if across.size:
-            picture[self._turns] = cv2.remap(picture, across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+            picture[self._turns] = finer.read(across, down)
         return picture
+
+
+def _around(box: tuple[slice, slice], moving: tuple[slice, slice] | None) -> tuple[slice, slice] | None:
+    """Rows and columns that hold both; None where all of them are moving."""
+    if moving is None:
+        return None
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(box, moving, strict=True))
+    return rows, columns

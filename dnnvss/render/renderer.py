@@ -49,6 +49,12 @@ class Renderer:
         return self._base.shape[1], self._base.shape[0]
 
     @property
+    def moving(self) -> tuple[slice, slice]:
+        """Rows and columns of the pictures that hold all that moves."""
+        left, top, right, bottom = self._box
+        return slice(top, bottom), slice(left, right)
+
+    @property
     def texture_offset(self) -> np.ndarray:
         """The texture offset (N, 3) of the neutral frame's clip."""
         return self.neutral.texture_offset
@@ -94,9 +100,8 @@ class Renderer:
 
     def composite(self, plan: PaintPlan, index: int) -> np.ndarray:
         """Return the picture (H, W_, 3) of the texture that is in the atlas, with the mesh of a plan."""
-        left, top, right, bottom = self._box
         picture = self._base.copy()
-        picture[top:bottom, left:right] = self.painter.paint_planned(self.atlas, plan, index)
+        picture[self.moving] = self.painter.paint_planned(self.atlas, plan, index)
         return picture
 
     def _blend(self, canvas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ from dnnvss.life import Moves
 from dnnvss.render import Footage, revoicer, walk
 from dnnvss.render.living import LivingPicture
 from dnnvss.render.pictures import Pictures
+from dnnvss.render.renderer import Renderer
 from dnnvss.runs.run import Run
 from dnnvss.synthesis.head import HEAD_VIEW, can_show_head, head_pictures
 from dnnvss.synthesis.request import Scene
@@ -69,7 +70,9 @@ class Stage:
             tongue = tongue_curves(self.phones, self.clock, len(parameters)) if self.phones else {}
             return head_pictures(self.run, parameters, self.pictures.size[1], tongue)
         pictures = self.pictures.view(name, parameters)
-        return self.living.over(pictures, moves) if name == "face" and self.living and moves else pictures
+        if name != "face" or not self.living or not moves:
+            return pictures
+        return self.living.over(pictures, moves, self.pictures.moving if isinstance(self.pictures, Renderer) else None)
 
 
 def open_stage(run: Run, scene: Scene, seconds: float, life: bool = False) -> Stage:

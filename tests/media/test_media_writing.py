@@ -11,6 +11,7 @@ import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.media import read_audio, read_video, video_info, write_video
+from dnnvss.media.writing import video_frame
 
 
 def _frames(count: int, size: tuple[int, int] = (32, 48)) -> list[np.ndarray]:
@@ -70,6 +71,19 @@ def test_pictures_keep_their_colours_and_odd_sides_grow_by_a_pixel(tmp_path: Pat
     back = read_video(path)
     assert back.shape == (3, 32, 46, 3)
     assert np.abs(back.astype(int) - colour).max() <= 4
+
+
+def test_a_picture_for_the_encoder_is_that_of_bt601_with_the_mean_colour_of_four_pixels() -> None:
+    image = np.random.default_rng(0).integers(0, 256, (6, 8, 3), np.uint8)
+    frame = video_frame(image)
+    planes = [np.frombuffer(p, np.uint8).reshape(p.height, p.line_size)[:, : p.width].astype(float)
+              for p in frame.planes]
+    red, green, blue = np.moveaxis(image / 255, -1, 0)
+    grey = 0.299 * red + 0.587 * green + 0.114 * blue
+    mean = [part.reshape(3, 2, 4, 2).mean(axis=(1, 3)) for part in (grey, blue, red)]
+    assert np.abs(planes[0] - (16 + 219 * grey)).max() <= 1
+    assert np.abs(planes[1] - (128 + 224 * (mean[1] - mean[0]) / 1.772)).max() <= 1
+    assert np.abs(planes[2] - (128 + 224 * (mean[2] - mean[0]) / 1.402)).max() <= 1
 
 
 def test_index_stands_before_the_data_so_that_browsers_start_at_once(tmp_path: Path) -> None:

@@ -82,6 +82,16 @@ def test_the_head_moves_and_the_border_stays(model: ActiveAppearanceModel, neutr
     assert np.diff(drawn[..., 0], axis=1).min() >= 0 and np.diff(drawn[..., 1], axis=0).min() >= 0  # nothing folds
 
 
+def test_pictures_that_differ_in_a_part_are_drawn_as_if_they_differed_anywhere(
+        model: ActiveAppearanceModel, neutral: Neutral, life: Life) -> None:
+    drawing, random = LivingPicture(life, model, neutral), np.random.default_rng(2)
+    pictures = np.repeat(random.integers(0, 256, (1, *SIZE, 3), np.uint8), 40, axis=0)
+    pictures[:, 30:50, 40:70] = random.integers(0, 256, (40, 20, 30, 3), np.uint8)
+    moves = Moves(random.normal(0, 30, (40, 2)), TURN * random.normal(0, 1, (40, 4)), np.zeros(0))
+    known = np.stack(list(drawing.over(iter(pictures), moves, (slice(30, 50), slice(40, 70)))))
+    np.testing.assert_array_equal(known, np.stack(list(drawing.over(iter(pictures), moves))))
+
+
 def test_a_heads_track_is_its_pose_against_the_mean(model: ActiveAppearanceModel) -> None:
     pose = np.array([[1.0, 0.0, 40, 30], [1.0, 0.0, 44, 30]])
     assert head_track(pose, model) == pytest.approx(np.array([[0, 0, -2, 0], [0, 0, 2, 0.0]]))
