@@ -66,12 +66,12 @@ class Voice:
     def emissions(self, features: np.ndarray) -> np.ndarray:
         """Return the log likelihood (T, Q) float32 of every frame of features (T, 39) in every state."""
         count, mixtures, width = self.mean.shape
-        precision, scaled = self.precision.reshape(-1, width), (self.precision * self.mean).reshape(-1, width)
-        constant = (self.precision * self.mean**2).sum(-1).reshape(-1)
-        quadratic = (features**2) @ precision.T - 2 * features @ scaled.T + constant
-        each = (self.weight.reshape(-1) - 0.5 * quadratic).reshape(len(features), count, mixtures)
-        top = each.max(axis=-1)
-        return np.asarray(top + np.log(np.exp(each - top[..., None]).sum(axis=-1)), np.float32)
+        precision, mean = (x.swapaxes(0, 1).reshape(-1, width) for x in (self.precision, self.mean))
+        quadratic = (features**2) @ precision.T - 2 * features @ (precision * mean).T + (precision * mean**2).sum(-1)
+        each = (self.weight.T.reshape(-1) - 0.5 * quadratic).reshape(len(features), mixtures, count)
+        top = each.max(axis=1)
+        each -= top[:, None]
+        return np.asarray(top + np.log(np.exp(each, out=each).sum(axis=1)), np.float32)
 
     def write(self, path: Path) -> Path:
         """Write the voice as npz and return the path."""
@@ -210,20 +210,26 @@ def best_paths(
         n, time = len(c.states), np.arange(len(e))[:, None]
         seen[: len(e), b, :n] = np.where((time < c.first) | (time > c.last), -1e4, e[:, c.states])
         states[b, :n], jump[b, :n] = c.states, c.jump
-    stay, go, inside = voice.stay[states], voice.go[states], jump >= 0
+    stay, go = voice.stay[states], voice.go[states]
+    entered = np.flatnonzero(jump >= 0)  # of all clips in one row, like the states that they are entered from
+    source = (np.arange(clips)[:, None] * width + np.maximum(jump, 0)).ravel()[entered]
     score = np.full((clips, width), -1e30, np.float32)
     score[:, 0] = seen[0, :, 0]
     moves, scores = np.zeros((frames, clips, width), np.uint8), np.zeros((frames, clips), np.float32)
     ends, each = np.array([len(c.states) - 1 for c in chains]), np.arange(clips)
+    leave, before = np.empty_like(score), np.full_like(score, -1e30)
     for t in range(frames):
         if t:
-            leave, best = score + go, score + stay
-            for move, other in ((1, np.pad(leave[:, :-1], ((0, 0), (1, 0)), constant_values=-1e30)),
-                                (2, np.where(inside, np.take_along_axis(leave, np.maximum(jump, 0), axis=1), -1e30))):
-                better = other > best
-                best = np.where(better, other, best)
-                moves[t][better] = move
-            score = best + seen[t]
+            np.add(score, go, out=leave)
+            before[:, 1:] = leave[:, :-1]
+            np.add(score, stay, out=score)
+            np.greater(before, score, out=moves[t], casting="unsafe")
+            np.maximum(score, before, out=score)
+            over = leave.ravel()[source]
+            better = over > score.ravel()[entered]
+            score.ravel()[entered[better]] = over[better]
+            moves[t].ravel()[entered[better]] = 2
+            score += seen[t]
         scores[t] = score[each, ends]
     return [(_back(moves[: len(e), b], c), float(scores[len(e) - 1, b]))
             for b, (e, c) in enumerate(zip(emissions, chains, strict=True))]
