@@ -8,7 +8,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
-from dnnvss.media import SPEECH_RATE, read_audio, timed_audio, timed_frames, video_info, write_wav
+from dnnvss.media import SPEECH_RATE, read_audio, timed_audio, timed_cells, video_info, write_wav
 from dnnvss.timing.rates import rate_of, rising
 
 SILENT = 1e-3
@@ -68,9 +68,9 @@ def heard_in(video: Path, sound: Path | None) -> Path:
 def _pictures(video: Path) -> tuple[list[float | None], np.ndarray]:
     """Time stamps and thumbnails of all pictures, read one at a time so that a long recording needs no more memory."""
     times, small = list[float | None](), list[np.ndarray]()
-    for time, image in timed_frames(video):
+    for time, image in timed_cells(video, *checkup.THUMBNAIL):
         times.append(time)
-        small.append(checkup.thumbnails(image[None])[0])
+        small.append(image)
     return times, np.stack(small)
 
 

@@ -1,6 +1,6 @@
 """What faces are fitted to and encode: stretches of a corpus with landmarks, and pictures where there are some."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.media import read_video
+from dnnvss.media import video_frames
 
 
 class UnusableClipError(DnnvssError):
@@ -23,13 +23,13 @@ class Clip:
         id: the utterance's id.
         rate: frames a second.
         landmarks: returns points (F, L, 2 or 3) and valid (F,) bool.
-        images: returns the pictures, uint8 RGB (F, H, W_, 3).
+        images: returns the pictures, uint8 RGB (H, W_, 3) each, one after the other or as an array.
     """
 
     id: str
     rate: float
     landmarks: Callable[[], tuple[np.ndarray, np.ndarray]]
-    images: Callable[[], np.ndarray]
+    images: Callable[[], Iterable[np.ndarray]]
 
     def read_points(self, needed: int, coordinates: Sequence[int] = (2,)) -> tuple[np.ndarray, np.ndarray]:
         """Points (F, L, 2 or 3) float64 and valid (F,); points that are not finite make their frame invalid.
@@ -52,17 +52,20 @@ class Clip:
         finite = np.isfinite(points).all(axis=(1, 2))
         return np.where(finite[:, None, None], points, 0.0), valid & finite
 
-    def read_images(self, frames: int) -> np.ndarray:
-        """The pictures (F, H, W_, 3), one for each landmark frame.
+    def pictures(self, frames: int) -> Iterator[np.ndarray]:
+        """Yield the pictures (H, W_, 3), one for each landmark frame; none is held when the next one is asked for.
 
         Raises:
-            DnnvssError: there are more or fewer pictures than landmark frames.
+            DnnvssError: there are more or fewer pictures than landmark frames; told at the end.
         """
-        images = self.images()
-        if len(images) != frames:
-            raise DnnvssError(f"has {len(images)} pictures and {frames} frames of landmarks", utterance=self.id,
+        count = 0
+        for image in self.images():
+            count += 1
+            if count <= frames:
+                yield image
+        if count != frames:
+            raise DnnvssError(f"has {count} pictures and {frames} frames of landmarks", utterance=self.id,
                               remedy="Prepare the corpus again")
-        return images
 
 
 def corpus_clips(corpus: Corpus, utterances: Iterable[Utterance]) -> list[Clip]:
@@ -71,8 +74,8 @@ def corpus_clips(corpus: Corpus, utterances: Iterable[Utterance]) -> list[Clip]:
     return [Clip(u.id, float(u.rate), partial(corpus.landmarks, u), partial(_video, corpus, u)) for u in utterances]
 
 
-def _video(corpus: Corpus, utterance: Utterance) -> np.ndarray:
+def _video(corpus: Corpus, utterance: Utterance) -> Iterator[np.ndarray]:
     if utterance.video is None:
         raise DnnvssError("has no pictures", utterance=utterance.id, file=corpus.root,
                           remedy="Choose a face that needs none: face=points")
-    return read_video(corpus.path(utterance, "video"))
+    return video_frames(corpus.path(utterance, "video"))

@@ -8,6 +8,7 @@ from dnnvss.media.reading import (
     read_audio,
     read_video,
     timed_audio,
+    timed_cells,
     timed_frames,
     video_frames,
     video_info,
@@ -17,4 +18,4 @@ from dnnvss.media.sound import Sound
 from dnnvss.media.writing import write_video
 
 __all__ = ["SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "opened", "read_audio", "read_video", "timed_audio",
-           "timed_frames", "video_frames", "video_info", "write_video", "write_wav"]
+           "timed_cells", "timed_frames", "video_frames", "video_info", "write_video", "write_wav"]

@@ -8,6 +8,9 @@ from typing import Any
 import av
 import numpy as np
 
+_SHORT = 60.0
+"""Seconds of a recording up to which one thread decodes it: to start others takes what they save."""
+
 
 @dataclass(frozen=True)
 class Look:
@@ -69,7 +72,7 @@ def look_of(frame: Any, stream: Any) -> Look:
 def decoded(container: Any) -> Iterator[tuple[float | None, Any, Look]]:
     """Time in seconds, frame and look of every picture of a recording; interlaced ones become whole pictures."""
     stream = main_stream(container)
-    stream.thread_type = "AUTO"
+    stream.thread_type = "NONE" if 0 < (container.duration or 0) <= _SHORT * av.time_base else "AUTO"
     look, graph = None, None
     for frame in container.decode(stream):
         if look is None:

@@ -109,7 +109,8 @@ def _channels(container: Any, track: int, rate: int) -> tuple[np.ndarray, float]
 
 def as_many(block: np.ndarray, channels: int) -> np.ndarray:
     """A block (C, n) with so many channels: its last one is repeated."""
-    return np.pad(block, ((0, channels - len(block)), (0, 0)), mode="edge")
+    lacking = channels - len(block)
+    return np.pad(block, ((0, lacking), (0, 0)), mode="edge") if lacking else block
 
 
 def laid_blocks(container: Any, track: int, rate: int) -> Iterator[tuple[float, np.ndarray]]:

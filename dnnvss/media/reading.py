@@ -1,7 +1,7 @@
 """Reading and writing video and sound through PyAV and scipy."""
 
 import wave
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -13,6 +13,7 @@ from av.video.reformatter import VideoReformatter
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.media.cells import Cells
 from dnnvss.media.containers import opened
 from dnnvss.media.decoding import Look, decoded, look_of, main_stream
 from dnnvss.media.hearing import mixed, mono
@@ -112,16 +113,34 @@ def video_frames(path: str | Path, size: tuple[int, int] | None = None, grey: bo
 def timed_frames(path: str | Path, size: tuple[int, int] | None = None,
                  grey: bool = False) -> Iterator[tuple[float | None, np.ndarray]]:
     """Yield time stamp in seconds, None where the file has none, and picture of each frame as :func:`video_frames`."""
+    form, scaler = "gray" if grey else "rgb24", VideoReformatter()  # one for all frames: each would make its own
+
+    def shown(frame: Any, look: Look) -> np.ndarray:
+        width, height = look.shown_size(*size) if size else (None, None)
+        return look.upright(scaler.reformat(frame, width, height, form).to_ndarray())
+
+    return _timed(path, shown)
+
+
+def timed_cells(path: str | Path, columns: int, rows: int) -> Iterator[tuple[float | None, np.ndarray]]:
+    """Yield time stamp and mean colours (rows, columns, 3) uint8 RGB of each frame's cells: see :class:`Cells`.
+
+    Raises:
+        DnnvssError: the file is missing, unreadable, breaks off or holds no frame.
+    """
+    return _timed(path, Cells(columns, rows))
+
+
+def _timed(path: str | Path, shown: Callable[[Any, Look], np.ndarray]) -> Iterator[tuple[float | None, np.ndarray]]:
+    """Yield time stamp of each frame and what is made of it."""
     container = files.read(path, opened, _REMEDY)
-    form = "gray" if grey else "rgb24"
     with container:
         _pictured(container, Path(path))
-        scaler, count = VideoReformatter(), 0
+        count = 0
         try:
             for time, frame, look in decoded(container):
                 count += 1
-                width, height = look.shown_size(*size) if size else (None, None)
-                yield time, look.upright(scaler.reformat(frame, width, height, form).to_ndarray())
+                yield time, shown(frame, look)
         except av.FFmpegError as error:
             if (short := shortage_of(error, path)) is not None:
                 raise short from error

@@ -26,7 +26,7 @@ def encoded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("toy")
     toy = aam_cases.corpus(root, 4)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(clips_module, "read_video", np.load)
+        patch.setattr(clips_module, "video_frames", np.load)
         splits = {"train": ["toy0", "toy1", "toy2"], "test": ["toy3"]}
         return encode_corpus(toy, splits, CONFIG, root / "face", progress=False).folder
 

@@ -25,7 +25,7 @@ SPLITS = {"train": ["toy0", "toy1", "toy2", "toy3", "toy4"], "test": ["toy5"]}
 @pytest.fixture
 def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Corpus:
     """A prepared corpus whose pictures are read without a video codec."""
-    monkeypatch.setattr(clips_module, "read_video", np.load)
+    monkeypatch.setattr(clips_module, "video_frames", np.load)
     return corpus(tmp_path / "toy")
 
 
@@ -57,7 +57,7 @@ def test_second_call_opens_without_reading_the_corpus(
         raise AssertionError("the cache was not used")
 
     monkeypatch.setattr(kind_module, "KIND", replace(kind_module.KIND, fit=forbidden))
-    monkeypatch.setattr(clips_module, "read_video", forbidden)
+    monkeypatch.setattr(clips_module, "video_frames", forbidden)
     second = _encode(toy, tmp_path / "aam")
     assert second == first and (second.clip("toy0").parameters == first.clip("toy0").parameters).all()
 

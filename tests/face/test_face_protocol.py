@@ -134,7 +134,7 @@ def test_codes_are_the_same_each_time_and_survive_the_disk(kind: str, faces: dic
 
 @pytest.mark.parametrize("kind", FACES)
 def test_a_corpus_is_encoded_once(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clips_module, "read_video", np.load if face_kind(kind).pictures else None)
+    monkeypatch.setattr(clips_module, "video_frames", np.load if face_kind(kind).pictures else None)
     toy = CASES[kind].corpus(tmp_path / "toy")
     splits = {"train": list(toy.utterances)[:4], "test": list(toy.utterances)[4:]}
     encoded = encode_corpus(toy, splits, TOYS[kind], tmp_path / "face", progress=False)

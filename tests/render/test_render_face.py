@@ -237,7 +237,7 @@ def test_neutral_survives_the_disk(shown: tuple[Neutral, np.ndarray, np.ndarray]
 
 
 def test_the_neutral_frame_is_silent_valid_and_sharp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clips_module, "read_video", np.load)
+    monkeypatch.setattr(clips_module, "video_frames", np.load)
     toy = corpus(tmp_path / "toy")
     splits = {"train": [f"toy{i}" for i in range(5)], "test": ["toy5"]}
     encoded = encode_corpus(toy, splits, CONFIG, tmp_path / "aam", progress=False)

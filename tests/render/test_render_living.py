@@ -98,8 +98,8 @@ def test_a_heads_track_is_its_pose_against_the_mean(model: ActiveAppearanceModel
 
 
 def test_what_is_learnt_is_kept_beside_the_encoding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (clips_module, living):
-        monkeypatch.setattr(module, "read_video", np.load)
+    monkeypatch.setattr(clips_module, "video_frames", np.load)
+    monkeypatch.setattr(living, "read_video", np.load)
     toy = corpus(tmp_path / "toy")
     splits = {"train": [f"toy{i}" for i in range(5)], "test": ["toy5"]}
     eyes = replace(CONFIG, points=replace(POINTS, eyes=("eyes",)))
@@ -114,7 +114,7 @@ def test_what_is_learnt_is_kept_beside_the_encoding(tmp_path: Path, monkeypatch:
 
 
 def test_a_face_without_eyes_has_no_life(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clips_module, "read_video", np.load)
+    monkeypatch.setattr(clips_module, "video_frames", np.load)
     toy = corpus(tmp_path / "toy")
     encoded = encode_corpus(toy, {"train": ["toy0", "toy1", "toy2"]}, CONFIG, tmp_path / "aam", progress=False)
     assert kept_life(toy, encoded) is None

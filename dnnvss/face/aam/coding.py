@@ -57,7 +57,6 @@ def encode_clip(
 def measure_clip(model: ActiveAppearanceModel, clip: Clip) -> Measured:
     """Return shapes, textures and code of a clip (see :func:`encode_clip`)."""
     points, valid = clip.read_points(model.layout.needed)
-    images = clip.read_images(len(points))
     layout, limits = model.layout, model.limits
     far = {"stable points": valid & (model.reference.residual(points[:, layout.stable]) > limits.stable)}
     valid = valid & ~far["stable points"]
@@ -68,7 +67,8 @@ def measure_clip(model: ActiveAppearanceModel, clip: Clip) -> Measured:
     valid = valid & ~far["shape"]
     _need(valid, clip.id)
     shapes, pose = _shapes(model, points, valid, clip.rate)
-    textures = np.stack([model.read_texture(i, p) for i, p in zip(images, points[:, layout.rows], strict=True)])
+    pictures = zip(clip.pictures(len(points)), points[:, layout.rows], strict=True)
+    textures = np.stack([model.read_texture(picture, place) for picture, place in pictures])
     textures = steadied(model.skin, textures, valid)
     far["texture"] = _far_textures(model, shapes, textures, valid)
     valid = valid & ~far["texture"]

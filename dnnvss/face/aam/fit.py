@@ -181,8 +181,9 @@ def _read_textures(
 
 
 def _sample(clip: Clip, points: np.ndarray, frames: np.ndarray, warp: Warp) -> np.ndarray:
-    images = clip.read_images(len(points))
-    return np.stack([warp.sample(images[f], points[f]) for f in frames])
+    wanted = np.isin(np.arange(len(points)), frames)  # which rise
+    pictures = zip(clip.pictures(len(points)), points, wanted, strict=True)
+    return np.stack([warp.sample(picture, place) for picture, place, asked in pictures if asked])
 
 
 def _gathered(

@@ -99,11 +99,11 @@ def steadied(skin: Skin, textures: np.ndarray, valid: np.ndarray) -> np.ndarray:
 def _fitted(basis: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Coefficients (F, 4) of values (F, n) on a basis (n, 4), robustly."""
     ridge = 1e-9 * np.trace(basis.T @ basis) * np.eye(basis.shape[1])
-    weight = np.ones_like(seen)
+    weight, width = np.ones_like(seen), basis.shape[1]
+    squares = (basis[:, :, None] * basis[:, None]).reshape(len(basis), -1)  # sums over pixels are products of matrices
     for _ in range(_ROUNDS):
-        weighted = weight[..., None] * basis
-        normal = np.einsum("fni,nj->fij", weighted, basis) + ridge
-        found = np.linalg.solve(normal, np.einsum("fni,fn->fi", weighted, seen)[..., None])[..., 0]
+        normal = (weight @ squares).reshape(-1, width, width) + ridge
+        found = np.linalg.solve(normal, ((weight * seen) @ basis)[..., None])[..., 0]
         gap = np.abs(seen - found @ basis.T)
         weight = _KNEE / np.maximum(gap, _KNEE)
     return found
