@@ -149,7 +149,8 @@ def prepared(watch: Watch, work: Path, home: Path, clips: int) -> Any:
     with watch.stage("results read again"):
         shop.run("nothing", nothing, {s.id: {"video": s.video} for s in sources})
     run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id) for s in sources})
-    made = {i: {"frames": u.frames, "rate": str(u.rate), "size": [SIZE, SIZE], "place": [1.0, 1.0, 0.0, 0.0],
+    made: dict[str, dict[str, Any]] = {
+        i: {"frames": u.frames, "rate": str(u.rate), "size": [SIZE, SIZE], "place": [1.0, 1.0, 0.0, 0.0],
                 "video": f"video/{i}.mp4", "sound": f".stages/sound/{i}.wav", "starts": 0.0,
                 "source": {"frames": u.frames, "size": [SIZE, SIZE]}} for i, u in own.items()}
     with watch.stage("check-up"):
@@ -200,7 +201,7 @@ def trained(watch: Watch, home: Path, corpus: Any) -> None:
     from dnnvss.visemes.corpus import viseme_clips, viseme_settings
 
     with initialize_config_dir(str(Path(__file__).parents[1] / "conf"), version_base="1.3"):
-        config = compose("train", ["corpus=grid", f"corpus.out={corpus.root}", "face=points", "labels=ph", "folds=0",
+        config = compose("train", ["corpus=demo", f"corpus.out={corpus.root}", "face=points", "labels=ph", "folds=0",
                                    "model=phone_mean", "sample=false", "jobs=1"])
     settings = run_settings(config)
     folder = home / "run"

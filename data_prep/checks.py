@@ -133,7 +133,8 @@ def _ghosts(points: dict[str, np.ndarray], valid: Mapping[str, np.ndarray], limi
     found = checkup.ghosts(points, valid, limits)
     if not lids or not any(mask.any() for mask in found.values()):
         return found
-    others = checkup.ghosts({n: np.delete(p, lids, axis=1) for n, p in points.items()}, valid, limits)
+    count = next(iter(points.values())).shape[1]
+    others = checkup.ghosts(points, valid, limits, np.setdiff1d(np.arange(count), lids).tolist())
     return {n: mask & others[n] for n, mask in found.items()}
 
 

@@ -4,6 +4,7 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 
 from dnnvss.errors import DnnvssError
@@ -62,8 +63,16 @@ class Shelf:
 
     def others(self, name: str) -> list[Path]:
         """The files whose names begin with that of a recording."""
-        return [path for other, kinds in self._files.items() if other == name or other.startswith(f"{name}.")
-                for path in kinds.values()]
+        return self._continued.get(name, [])
+
+    @cached_property
+    def _continued(self) -> dict[str, list[Path]]:
+        """The files by the names that theirs are, or go on behind a dot."""
+        found: dict[str, list[Path]] = {}
+        for other, kinds in self._files.items():
+            for name in (other, *(other[:at] for at, sign in enumerate(other) if sign == ".")):
+                found.setdefault(name, []).extend(kinds.values())
+        return found
 
     def of_kind(self, *suffixes: str) -> Iterator[tuple[str, Path]]:
         """Each recording with a file of one of these suffixes, which come first to last, and that file."""

@@ -36,7 +36,7 @@ FEWEST = 6
 _LAGS = np.arange(-REACH, REACH + 1e-9, HOP)
 _APART = 0.08
 """Seconds by which the two halves of a clip may differ; beyond, neither is believed."""
-_VERSION = 1
+_VERSION = 2
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ clips are compared with themselves and with the rest of the corpus by measures t
 medians and robust standard deviations (:mod:`dnnvss.robust`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -27,6 +27,9 @@ OFTEN = 0.1
 ALIKE = 0.9
 """Share of the best part's likeness to the corpus from which another part of a clip shows the same scene. On GRID
 damaged parts have 0.67 of it at most, and the clip least like the corpus 0.74 of the one most like it."""
+
+ENOUGH = 100_000
+"""Frames that tell what is usual of a face: an hour at 25 frames a second."""
 
 SEAM = 2
 """Frames on either side of a cut that tell nothing of how a face moves."""
@@ -162,61 +165,88 @@ def off_colour(clips: Mapping[str, np.ndarray], limits: CheckupLimits = LIMITS) 
     return {name: float(d) for name, d in zip(names, distance, strict=True) if d > limits.colour}
 
 
-def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray],
-           limits: CheckupLimits = LIMITS) -> dict[str, np.ndarray]:
+def ghosts(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray], limits: CheckupLimits = LIMITS,
+           rows: Sequence[int] | None = None) -> dict[str, np.ndarray]:
     """Return for each clip which frames (F,) hold landmarks that cannot be the face, though marked valid.
 
     Faces are aligned to the median face by a similarity; the rest is compared with the corpus in robust standard
     deviations a coordinate, as a shape and as a change from the frame before. Centre and scale are compared with the
-    clip's own median.
+    clip's own median. What is usual is told by :data:`ENOUGH` frames, evenly spaced, where there are more.
 
     Args:
         points: (F, P, 2 or 3); frames that are not valid may be NaN.
         valid: (F,) bool, the frames that the tracker found and whose picture is whole.
         limits: the distances that count.
+        rows: the points that are looked at; all of them where None.
     """
-    pooled = np.concatenate([points[name][valid[name]] for name in points])
-    if not len(pooled):
+    kept = slice(None) if rows is None else np.asarray(rows)
+    seen = _some(points, valid, kept)
+    if not len(seen):
         return {name: np.zeros(len(v), bool) for name, v in valid.items()}
-    face = np.median(pooled[:: max(1, len(pooled) // 5000)], axis=0)
-    aligned, places = _aligned(pooled, face)
+    face = np.median(seen[:: max(1, len(seen) // 5000)], axis=0)
+    aligned, _ = _aligned(seen, face)
     middle = np.median(aligned, axis=0)
     spread = robust.spread(aligned - middle)
     spread = np.maximum(spread, max(0.2 * float(np.median(spread)), 1e-3 * float(np.ptp(face))))
-    drift = np.concatenate([robust.TO_SIGMA * np.abs(p - np.median(p, axis=0))
-                            for p in _split(places, points, valid) if len(p)])
-    place_spread = np.maximum(np.median(drift, axis=0), 1e-3 * np.array([*[np.ptp(face)] * face.shape[1], 1.0]))
+    del seen, aligned
+    told = {name: _Told.of(points[name][ok][:, kept], face, middle, spread) for name, ok in valid.items() if ok.any()}
+    away = {name: np.abs(own.places - np.median(own.places, axis=0)) for name, own in told.items()}
+    usual = robust.TO_SIGMA * np.median(np.concatenate(list(away.values())), axis=0)
+    place_spread = np.maximum(usual, 1e-3 * np.array([*[np.ptp(face)] * face.shape[1], 1.0]))
+    shape, speed = _limits(told.values(), limits)
     found = {}
-    shapes = dict(zip(points, _split(aligned, points, valid), strict=True))
-    wheres = dict(zip(points, _split(places, points, valid), strict=True))
-    shape, speed = _limits([(shapes[n] - middle) / spread for n in points], limits)
     for name, ok in valid.items():
         bad = np.zeros(len(ok), bool)
-        index = np.flatnonzero(ok)
-        if len(index):
-            bad[index] = _distance((shapes[name] - middle) / spread) > shape
-            fast = (_distance(np.diff(shapes[name], axis=0) / spread) > speed) & (np.diff(index) == 1)
+        if name in told:
+            index = np.flatnonzero(ok)
+            bad[index] = told[name].shape > shape
+            fast = (told[name].speed > speed) & (np.diff(index) == 1)
             bad[index[1:][fast]] = bad[index[:-1][fast]] = True
-            away = np.abs(wheres[name] - np.median(wheres[name], axis=0)) / place_spread
-            bad[index] |= away.max(axis=1) > limits.place
+            bad[index] |= (away[name] / place_spread).max(axis=1) > limits.place
         found[name] = bad
     return found
 
 
-def _split(rows: np.ndarray, points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray]) -> list[np.ndarray]:
-    return np.split(rows, np.cumsum([int(valid[name].sum()) for name in points])[:-1])
+def _some(points: Mapping[str, np.ndarray], valid: Mapping[str, np.ndarray], rows: slice | np.ndarray) -> np.ndarray:
+    """Some of the points (N, P, 2 or 3) of the valid frames of all clips, evenly spaced; all frames where few."""
+    step = max(1, -(-sum(int(v.sum()) for v in valid.values()) // ENOUGH))
+    before, parts = 0, []
+    for name, ok in valid.items():
+        index = np.flatnonzero(ok)
+        parts.append(points[name][index[-before % step :: step]][:, rows])
+        before += len(index)
+    return np.concatenate(parts)
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is told of the valid frames of a clip.
+
+    Args:
+        shape: distance (F,) from the usual face.
+        speed: of the change (F - 1,) from the frame before.
+        places: centre and log scale (F, 3 or 4).
+    """
+
+    shape: np.ndarray
+    speed: np.ndarray
+    places: np.ndarray
+
+    @classmethod
+    def of(cls, points: np.ndarray, face: np.ndarray, middle: np.ndarray, spread: np.ndarray) -> "_Told":
+        aligned, places = _aligned(points, face)
+        return cls(_distance((aligned - middle) / spread), _distance(np.diff(aligned, axis=0) / spread), places)
 
 
 def _distance(standard: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt((standard**2).mean(axis=(1, 2))))
 
 
-def _limits(standard: list[np.ndarray], limits: CheckupLimits) -> tuple[float, float]:
-    """Return the limits of shape and speed for a corpus of standardised shapes."""
-    usual = np.percentile(np.concatenate([_distance(s) for s in standard]), 95)
-    moves = np.concatenate([_distance(np.diff(s, axis=0)) for s in standard])
+def _limits(told: Iterable[_Told], limits: CheckupLimits) -> tuple[float, float]:
+    """Return the limits of shape and speed for a corpus of which this is told."""
+    shapes, moves = (np.concatenate(rows) for rows in zip(*((t.shape, t.speed) for t in told), strict=True))
     usual_move = np.percentile(moves, 95) if len(moves) else 0.0
-    return max(limits.shape, 1.6 * float(usual)), max(limits.speed, 2.2 * float(usual_move))
+    return max(limits.shape, 1.6 * float(np.percentile(shapes, 95))), max(limits.speed, 2.2 * float(usual_move))
 
 
 def _aligned(shapes: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,12 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dnnvss.phones import ARTICULATION, SILENCE
 from dnnvss.text.tree import LinguisticTree, linguistic_tree
 from dnnvss.timing import Alignment
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 ALWAYS = "always"
 """The context of every phone."""
@@ -91,10 +95,12 @@ def _places(tree: LinguisticTree) -> list[str]:
     return ["nucleus" if v else "onset" if o else "coda" for v, o in zip(tree.vowel, onset, strict=True)]
 
 
-def context_matrix(contexts: Sequence[Sequence[str]], columns: Sequence[str]) -> np.ndarray:
-    """Return the contexts as ones and zeros (n, len(columns)); names that are no column are passed over."""
-    place = {name: k for k, name in enumerate(columns)}
-    x = np.zeros((len(contexts), len(columns)))
-    for row, names in enumerate(contexts):
-        x[row, [place[name] for name in names if name in place]] = 1.0
+def context_matrix(places: np.ndarray, columns: int) -> "scipy.sparse.csr_matrix":
+    """Return contexts as ones and zeros (n, columns), the ones alone stored, from the columns (n, K) of each row."""
+    from scipy.sparse import csr_matrix  # slow to import, and needed where a model is fitted
+
+    rows = np.arange(places.size + 1, step=places.shape[1])
+    x = csr_matrix((np.ones(places.size), places.ravel(), rows), (len(places), columns))
+    x.sum_duplicates()  # a name may stand twice in a row
+    x.data[:] = 1.0
     return x

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,11 +13,14 @@ from dnnvss.archives import Held, read_declared
 from dnnvss.corpus.utterance import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import ARTICULATION, SILENCES
-from dnnvss.speech.duration_contexts import ALWAYS, context_matrix, each_context, spoken_contexts
+from dnnvss.speech.duration_contexts import ALWAYS, context_matrix, each_context
 from dnnvss.speech.pauses import SHORTEST, Pauses, usual_pauses
 from dnnvss.speech.time_line import asked, emphasised, laid_out, planned, rates, stretched
 from dnnvss.text.sentence import Sentence
 from dnnvss.timing import Alignment
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 Expected = Callable[[Alignment, str], np.ndarray]
 """What tells the expected seconds (n,) of each spoken phone of an alignment and its text, whatever its times are."""
@@ -58,18 +62,22 @@ class DurationModel:
         if len(utterances) < 2:
             raise DnnvssError(f"a duration model cannot be learnt from {len(utterances)} utterance(s)",
                               remedy="Give the training split of a corpus")
-        contexts, logs, groups = [], [], []
+        known, logs, groups = dict[str, int](), list[np.ndarray](), list[int]()
+        contexts: list[list[int]] = []  # by number: the names of an hour would take a hundred megabytes
         for number, utterance in enumerate(utterances):
-            rows, seconds = spoken_contexts(utterance.alignment, utterance.text)
-            contexts += rows
+            rows, seconds = each_context(utterance.alignment, utterance.text)
+            contexts += [[known.setdefault(name, len(known)) for name in row] for row in rows]
             logs.append(np.log(np.maximum(seconds, SHORTEST)))
-            groups += [number % _FOLDS] * len(rows)
+            groups += [number % _FOLDS] * len(seconds)
         if not contexts:
             raise DnnvssError("the utterances have no spoken phone", remedy="Align the corpus first")
-        columns = tuple(sorted({name for row in contexts for name in row}))
-        x, y = context_matrix(contexts, columns), np.concatenate(logs)
+        columns, y = tuple(sorted(known)), np.concatenate(logs)
+        place = np.argsort([known[name] for name in columns])
+        places = place[np.array(contexts)]
+        x = context_matrix(places, len(columns))
         weights = _ridge(x, y, np.array(groups))
-        return cls(columns, weights, _variances(contexts, y - x @ weights), usual_pauses(utterances))
+        weights[columns.index(ALWAYS)] += y.mean()
+        return cls(columns, weights, _variances(columns, places, y - x @ weights), usual_pauses(utterances))
 
     def borrowing(self, other: "DurationModel") -> "DurationModel":
         """This model with what another talker's adds for phones that this corpus lacks.
@@ -172,11 +180,11 @@ class DurationModel:
         return cls(columns, a["weights"], variance, Pauses(*pauses))
 
 
-def _ridge(x: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Return the weights under the penalty with the least squared error on groups left out."""
+def _ridge(x: "scipy.sparse.csr_matrix", y: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Return the weights for what differs from the mean, under the penalty with the least error on groups left out."""
     centre = y.mean()
-    folds = [(x[groups == g].T @ x[groups == g], x[groups == g].T @ (y[groups == g] - centre), groups == g)
-             for g in np.unique(groups)]
+    parts = [(x[groups == g], groups == g) for g in np.unique(groups)]
+    folds = [((own.T @ own).toarray(), own.T @ (y[rows] - centre), rows) for own, rows in parts]
     gram, moment = sum(f[0] for f in folds), sum(f[1] for f in folds)
     eye = np.eye(x.shape[1])
 
@@ -188,18 +196,22 @@ def _ridge(x: np.ndarray, y: np.ndarray, groups: np.ndarray) -> np.ndarray:
         return total
 
     best = min(_PENALTIES, key=error) if len(folds) > 1 else _PENALTIES[-1]
-    weights = np.linalg.solve(gram + best * eye, moment)
-    weights[int(x.all(axis=0).argmax())] += centre  # the column "always"
-    return weights
+    return np.asarray(np.linalg.solve(gram + best * eye, moment))
 
 
-def _variances(contexts: Sequence[Sequence[str]], residual: np.ndarray) -> dict[str, float]:
-    """Return the variance of the residual of each phone, class and of all, rare ones drawn toward the overall one."""
+def _variances(columns: Sequence[str], places: np.ndarray, residual: np.ndarray) -> dict[str, float]:
+    """Return the variance of the residual of each phone, class and of all, rare ones drawn toward the overall one.
+
+    Args:
+        columns: names of contexts.
+        places: those of each row, (n, K); the first three are phone, class and all.
+        residual: (n,).
+    """
     overall = float((residual**2).mean())
     found = {}
     for level in range(3):
-        names = np.array([row[level] for row in contexts])
-        for name in sorted(set(names)):
-            own = residual[names == name]
-            found[str(name)] = max(float(((own**2).sum() + 20 * overall) / (len(own) + 20)), 1e-4)
+        counts = np.bincount(places[:, level], minlength=len(columns))
+        squares = np.bincount(places[:, level], residual**2, minlength=len(columns))
+        for k in np.flatnonzero(counts).tolist():
+            found[columns[k]] = max(float((squares[k] + 20 * overall) / (counts[k] + 20)), 1e-4)
     return found

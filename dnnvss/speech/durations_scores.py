@@ -8,7 +8,8 @@ import numpy as np
 
 from dnnvss.corpus.utterance import Utterance
 from dnnvss.errors import DnnvssError
-from dnnvss.speech.durations import DurationModel, Expected, spoken_contexts
+from dnnvss.speech.duration_contexts import spoken_contexts
+from dnnvss.speech.durations import DurationModel, Expected
 
 
 @dataclass(frozen=True)

@@ -117,3 +117,29 @@ def test_ghosts_do_not_depend_on_scale_and_place_of_the_face(rng):
     turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
     second = checkup.ghosts({name: 3 * p @ turn + 500 for name, p in points.items()}, valid)
     assert {n: m.tolist() for n, m in first.items()} == {n: m.tolist() for n, m in second.items()}
+
+
+def test_ghosts_of_a_long_corpus_are_told_by_some_of_its_frames(rng, monkeypatch):
+    points = {f"c{k}": face(rng) for k in range(10)}
+    points["c4"][10:14] += rng.normal(0, 12, (4, POINTS, 2))
+    valid = {name: np.ones(FRAMES, bool) for name in points}
+    valid["c2"][:] = False
+    first = checkup.ghosts(points, valid)
+    monkeypatch.setattr(checkup, "ENOUGH", 100)
+    taken = checkup._some(points, valid, slice(None))
+    everything = np.concatenate([points[n][valid[n]] for n in points])
+    assert len(everything) == 9 * FRAMES and (taken == everything[::4]).all()
+    second = checkup.ghosts(points, valid)
+    assert {n: m.tolist() for n, m in first.items()} == {n: m.tolist() for n, m in second.items()}
+
+
+def test_ghosts_are_looked_for_among_some_points(rng):
+    points = {f"c{k}": face(rng) for k in range(10)}
+    points["c4"][10:14, 3] += 60
+    valid = {name: np.ones(FRAMES, bool) for name in points}
+    others = [k for k in range(POINTS) if k != 3]
+    assert checkup.ghosts(points, valid)["c4"][10:14].all()
+    found = checkup.ghosts(points, valid, rows=others)
+    alone = checkup.ghosts({n: p[:, others] for n, p in points.items()}, valid)
+    assert not any(mask.any() for mask in found.values())
+    assert {n: m.tolist() for n, m in found.items()} == {n: m.tolist() for n, m in alone.items()}

@@ -138,6 +138,16 @@ def test_names_with_a_suffix_too_many_or_of_a_language_are_of_their_video(tmp_pa
     assert "b.de.srt" in [p.name for p in shelf.others("b")]
 
 
+def test_others_of_a_recording_are_its_own_and_those_behind_a_dot(tmp_path: Path) -> None:
+    names = ["a.mp4", "a.old.mp4", "a.old.doc", "ab.mp4", "b.x.y.rtf", ".hidden.doc"]
+    for name in names:
+        (tmp_path / name).write_bytes(b"")
+    shelf = Shelf(tmp_path)
+    found = {name: sorted(p.name for p in shelf.others(name)) for name in ("a", "a.old", "ab", "b", "b.x", "c", "")}
+    assert found == {"a": ["a.mp4", "a.old.doc", "a.old.mp4"], "a.old": ["a.old.doc", "a.old.mp4"], "ab": ["ab.mp4"],
+                     "b": ["b.x.y.rtf"], "b.x": ["b.x.y.rtf"], "c": [], "": []}
+
+
 def test_a_text_that_lies_there_in_another_form_is_named_with_what_to_do(tmp_path: Path) -> None:
     for name, other, said in (("a", "a.docx", "save its words as plain text, a.txt"),
                               ("b", "b.de.srt", "rename it b.srt"), ("e", "e.npz", "Write the words"),

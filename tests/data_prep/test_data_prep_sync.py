@@ -121,3 +121,36 @@ def test_given_times_move_with_the_sound(tmp_path):
     for late, edges in ((0.04, [0, 0.06, 0.36, 1]), (-0.04, [0, 0.14, 0.44, 1]), (0.2, [0, 0.2, 1])):
         found = given("a", tmp_path, tmp_path / "a.TextGrid", [("i", [("AY",)])], 25, "25", late)
         assert Alignment.from_json(found["alignment"])["phones"].edges == pytest.approx(edges)
+
+
+def test_steps_of_adam_are_those_of_its_authors(monkeypatch):
+    """Two steps by hand: rate 3e-3 and, half way down a cosine of two steps, 1.5e-3; a hundredth of it decays."""
+    monkeypatch.setattr(heard_lips, "_STEPS", 2)
+    weights, mean, square = (np.array([[x]], np.float32) for x in (2.0, 0.0, 0.0))
+    heard_lips._moved(weights, np.array([[0.5]], np.float32), mean, square, 0)
+    first = 2 * (1 - 3e-5) - 3e-3  # the mean slope over its root mean square is 1
+    assert weights[0, 0] == pytest.approx(first, rel=1e-6)
+    heard_lips._moved(weights, np.array([[-0.1]], np.float32), mean, square, 1)
+    slope = (0.9 * 0.1 * 0.5 - 0.1 * 0.1) / (1 - 0.9**2)
+    size = np.sqrt((0.999 * 0.001 * 0.25 + 0.001 * 0.01) / (1 - 0.999**2))
+    assert weights[0, 0] == pytest.approx(first * (1 - 1.5e-5) - 1.5e-3 * slope / size, rel=1e-6)
+
+
+def test_slopes_of_a_layer_are_those_of_its_error():
+    rng = np.random.default_rng(0)
+    x, weights, wanted = rng.normal(size=(7, 3)), rng.normal(size=(4, 2)), rng.normal(size=(7, 2))
+
+    def error(w):
+        return ((heard_lips._layer(x, w) - wanted) ** 2).sum()
+
+    found = heard_lips._slope(x, 2 * (heard_lips._layer(x, weights) - wanted))
+    for place in np.ndindex(weights.shape):
+        step = np.zeros_like(weights)
+        step[place] = 1e-5
+        assert found[place] == pytest.approx((error(weights + step) - error(weights - step)) / 2e-5, rel=1e-6)
+
+
+def test_a_tenth_of_what_goes_in_is_dropped_and_made_up_for():
+    kept = heard_lips._kept(np.random.default_rng(0), (400, 300))
+    assert set(np.unique(kept)) == {0.0, np.float32(256 / 230)}
+    assert (kept == 0).mean() == pytest.approx(0.1, abs=0.005) and kept.mean() == pytest.approx(1, abs=0.005)
