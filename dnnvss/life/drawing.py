@@ -79,7 +79,8 @@ def draw_moves(life: Life, context: np.ndarray, seed: int, text: str = "", share
         weight = (np.ones(length) if start == 0 else _ramp(length, _JOIN * tracks.rate))[:, None]
         here, there = slice(start, start + length), slice(at, at + length)
         eyes[here] += weight * (tracks.awake[there] - eyes[here])
-        head[here] += weight * (_continued(tracks, there, head[start] if start else None) - head[here])
+        moved = _continued(tracks, there, head[start] if start else None)
+        head[here] += weight * (moved - head[here])
     eyes *= share
     head *= share
     begun = life.rates.draw(context, tracks.rate, blinks, share) if tracks.recorded else np.array([], int)

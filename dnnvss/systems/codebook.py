@@ -130,7 +130,8 @@ class Codebook(VisualModel):
         times = corpus.first[entries] + corpus.frames[entries] * share - 0.5
         out = np.zeros((len(entries), corpus.static.shape[1]))
         for k in range(entries.shape[1]):  # one at a time: bounds memory on long text
-            out += weights[:, k, None] * corpus.at(times[:, k], corpus.owner[entries[:, k]])
+            owner = corpus.owner[entries[:, k]]
+            out += weights[:, k, None] * corpus.at(times[:, k], owner)
         return out
 
     def smoothed(self, static: np.ndarray) -> np.ndarray:

@@ -70,7 +70,8 @@ class Mesh:
         """Pairs (E, 2) of vertices that a face joins, each once."""
         f = self.faces
         pairs = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 3]], f[:, [3, 0]]])
-        return np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+        apart = pairs[:, 0] != pairs[:, 1]
+        return np.unique(np.sort(pairs[apart], axis=1), axis=0)
 
     @cached_property
     def spread(self) -> sparse.csr_array:

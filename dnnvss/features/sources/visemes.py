@@ -120,7 +120,9 @@ def _shared(phones: Tier, syllable: np.ndarray, edges: np.ndarray, viseme_edges:
     spoken = np.cumsum([0, *(label not in SILENCES for label in phones.labels)])
     seen = np.diff(viseme_edges) > 0
     viseme_phones = np.zeros(len(seen), int)
-    viseme_phones[seen] = spoken[phone_at[viseme_edges[1:][seen] - 1] + 1] - spoken[phone_at[viseme_edges[:-1][seen]]]
+    begins, ends = viseme_edges[:-1][seen], viseme_edges[1:][seen]
+    first_phone, last_phone = phone_at[begins], phone_at[ends - 1]
+    viseme_phones[seen] = spoken[last_phone + 1] - spoken[first_phone]
     first, count = np.zeros(len(syllable), int), np.zeros(len(syllable), int)
     inside = np.flatnonzero(syllable >= 0)
     low = edges[:-1][inside[np.searchsorted(syllable[inside], syllable[inside], side="left")]]
