@@ -71,6 +71,8 @@ def system_that_counts(model: Mapping[str, Any]) -> dict[str, Any]:
     counts = {k: v for k, v in model.items() if k != "sources"}
     if sources := model.get("sources"):
         counts["sources"] = {name: {k: v for k, v in own.items() if k != "checkpoint"} for name, own in sources.items()}
+    if systems := model.get("systems"):
+        counts["systems"] = {name: system_that_counts(own) for name, own in systems.items()}
     return {k: _fit_that_counts(v) if k == "fit" else v for k, v in counts.items()}
 
 

@@ -1,7 +1,7 @@
 """Systems of several kinds, and the mean of the trajectories that they say."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,15 @@ from dnnvss.timing import FrameClock
 
 @dataclass(frozen=True)
 class EnsembleSettings:
-    """Which systems are averaged: name to the settings of that system, as in its file of ``conf/model``."""
+    """Which systems are averaged, and what each of them sees.
+
+    Args:
+        systems: name to the settings of that system, as in its file of ``conf/model``.
+        blocks: name of a system to the blocks of the labels that it sees; all of them where it is left out.
+    """
 
     systems: Mapping[str, Mapping[str, Any]] = setting({}, doc="name of each system, and its settings")
+    blocks: Mapping[str, tuple[str, ...]] = setting({}, doc="name of a system, and the blocks of labels that it sees")
 
     def __post_init__(self) -> None:
         check_settings(self, "model")
@@ -29,6 +35,9 @@ class EnsembleSettings:
         check_systems(self.systems, "model.systems")
         if not self.systems:
             raise DnnvssError("model.systems={} is no ensemble", remedy="Name one system at least")
+        if unknown := sorted(self.blocks.keys() - self.systems.keys()):
+            raise DnnvssError(f"model.blocks.{unknown[0]} is of no system of the ensemble",
+                              remedy=f"Name some of {', '.join(self.systems)}")
 
 
 class Ensemble(VisualModel):
@@ -43,7 +52,8 @@ class Ensemble(VisualModel):
         settings: see :class:`EnsembleSettings`.
 
     Raises:
-        DnnvssError: a system that does not exist, or that refuses its settings or the labels.
+        DnnvssError: a system that does not exist, or that refuses its settings or the labels; a block that the labels
+            do not have.
     """
 
     system = "ensemble"
@@ -56,12 +66,14 @@ class Ensemble(VisualModel):
         from dnnvss.systems.registry import make_system  # which imports every system
 
         super().__init__(table, clock, settings or EnsembleSettings({"codebook": {}, "hsmm": {}, "kernel": {}}))
-        self.systems = {name: make_system(name, own, table, clock) for name, own in self.settings.systems.items()}
+        self.tables = {name: _narrowed(table, name, blocks) for name, blocks in self.settings.blocks.items()}
+        self.systems = {name: make_system(name, own, self.tables.get(name, table), clock)
+                        for name, own in self.settings.systems.items()}
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit all systems, each in a folder of its own; ``val`` gives the variance of the mean's errors."""
         for name, system in self.systems.items():
-            system.fit(train, val, folder / name)
+            system.fit([self._seen(name, e) for e in train], [self._seen(name, e) for e in val], folder / name)
         self.windows_ = STATIC_DELTA_DELTA2.first(train[0].measured[0].shape[1])
         self.variance_ = error_variance(self.streams, val or train)
 
@@ -75,16 +87,18 @@ class Ensemble(VisualModel):
 
     def streams(self, example: Example) -> np.ndarray:
         """The mean of the trajectories that the systems say by themselves, with its derivatives, (T, W, D)."""
-        parts = [trajectory(system, example) for system in self.systems.values()]
+        parts = [trajectory(system, self._seen(name, example)) for name, system in self.systems.items()]
         return derivatives(np.mean(parts, axis=0), self.windows_)
 
     def report(self, example: Example) -> dict[str, Any]:
         """Return what each system reports."""
-        return {name: own for name, system in self.systems.items() if (own := system.report(example))}
+        return {name: own for name, system in self.systems.items()
+                if (own := system.report(self._seen(name, example)))}
 
     def phone_durations(self, example: Example) -> np.ndarray | None:
         """Return the mean of what those systems expect that learnt durations; None where none did."""
-        known = [own for s in self.systems.values() if (own := s.phone_durations(example)) is not None]
+        known = [own for name, system in self.systems.items()
+                 if (own := system.phone_durations(self._seen(name, example))) is not None]
         return np.mean(known, axis=0) if known else None
 
     def state(self) -> dict[str, Any]:
@@ -98,6 +112,26 @@ class Ensemble(VisualModel):
             system.load_state(state["systems"][name])
         self.variance_ = state["variance"]
         self.windows_ = STATIC_DELTA_DELTA2.first(len(self.variance_))
+
+    def _seen(self, name: str, example: Example) -> Example:
+        """An example as a system sees it."""
+        if name not in self.tables:
+            return example
+        table = self.tables[name]
+        return replace(example, codes=example.codes.with_table(table),
+                       alternatives=tuple(codes.with_table(table) for codes in example.alternatives))
+
+
+def _narrowed(table: FeatureTable, name: str, blocks: tuple[str, ...]) -> FeatureTable:
+    """A table with some of its blocks.
+
+    Raises:
+        DnnvssError: it does not have one of them.
+    """
+    if missing := [block for block in blocks if block not in table.names]:
+        raise DnnvssError(f"model.blocks.{name} names {missing[0]!r}, which {table.title} does not have",
+                          remedy=f"Name some of {', '.join(table.names)}, or choose other labels")
+    return FeatureTable(blocks, table.settings, table.title)
 
 
 def trajectory(system: VisualModel, example: Example) -> np.ndarray:

@@ -49,6 +49,12 @@ def test_what_makes_no_other_run_name_makes_no_other_run(tmp_path: Path) -> None
         check_begun(begun(tmp_path / settings[0]), configured(*settings), "abc")
 
 
+def test_systems_of_an_ensemble_name_a_run_by_what_they_learn_by() -> None:
+    own = run_name(configured("model=network_trees"), "abc")
+    assert run_name(configured("model=network_trees", "trainer.progress=false"), "abc") == own
+    assert run_name(configured("model=network_trees", "trainer.epochs=3"), "abc") != own
+
+
 def test_a_split_without_a_measured_frame_is_named(tmp_path: Path) -> None:
     splits = {"train": ["a"], "val": ["b", "c"], "test": ["d"]}
     corpus = SimpleNamespace(root=tmp_path, split=lambda name, _: [SimpleNamespace(id=i) for i in splits[name]])

@@ -1,5 +1,6 @@
 """Kernel regression against its equation, and an ensemble against its parts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,10 @@ from scipy.spatial.distance import cdist
 
 from dnnvss.curves import derivatives, mlpg
 from dnnvss.errors import DnnvssError
+from dnnvss.features import FeatureTable
 from dnnvss.phones import PHONES
 from dnnvss.systems import Example
-from dnnvss.systems.ensemble import Ensemble, EnsembleSettings
+from dnnvss.systems.ensemble import Ensemble, EnsembleSettings, trajectory
 from dnnvss.systems.kernel import KernelRegression, KernelSettings, described
 
 
@@ -63,3 +65,21 @@ def test_an_ensemble_says_the_mean_of_what_its_systems_say(examples: dict[str, l
     assert model.phone_durations(example) is None
     with pytest.raises(DnnvssError, match=r"model\.systems\.kernel\.nose is no setting"):
         EnsembleSettings({"kernel": {"nose": 1.0}})
+
+
+def test_a_system_of_an_ensemble_sees_the_blocks_that_are_named(examples: dict[str, list[Example]],
+                                                                tmp_path: Path) -> None:
+    network = {"system": "network", "network": {"kind": "feedforward", "hidden": [8]},
+               "fit": {"epochs": 1, "progress": False, "accelerator": "cpu", "figure_every": 0, "batch_size": 32}}
+    blocks = {"narrow": ("centre_phone",)}
+    model = Ensemble(TABLE, CLOCK, EnsembleSettings({"narrow": network, "wide": network}, blocks))
+    model.fit(examples["train"], examples["val"], tmp_path)
+    assert [system.table.names for system in model.systems.values()] == [("centre_phone",), TABLE.names]
+    example = examples["test"][0]
+    narrowed = replace(example, codes=example.codes.with_table(FeatureTable(("centre_phone",))))
+    parts = [trajectory(s, e) for s, e in zip(model.systems.values(), (narrowed, example), strict=True)]
+    np.testing.assert_allclose(model.predict(example).mean[:, 0], np.mean(parts, axis=0), atol=1e-6)
+    with pytest.raises(DnnvssError, match=r"model\.blocks\.narrow names 'acoustic_class', which .* does not have"):
+        Ensemble(TABLE, CLOCK, EnsembleSettings({"narrow": network}, {"narrow": ("acoustic_class",)}))
+    with pytest.raises(DnnvssError, match=r"model\.blocks\.another is of no system"):
+        EnsembleSettings({"narrow": network}, {"another": ("centre_phone",)})
