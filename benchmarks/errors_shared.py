@@ -3,9 +3,10 @@
     python benchmarks/errors_shared.py runs/A runs/B runs/C --split val
 
 Of the first five coefficients over speech, plain parameter generation: the correlation of each run
-and of the mean of all; the correlation of each pair's errors; and the share of the talker's movement
-that the mean leaves unexplained, by how fast it is. Runs of one corpus, split and face; phone times
-are those of the recordings.
+and of the mean of all; the correlation of each pair's errors, and the correlation that a system
+would have which got nothing wrong but what both do; and the share of the talker's movement that the
+mean leaves unexplained, by how fast it is. Runs of one corpus, split and face; phone times are those
+of the recordings. ``--means`` scores the mean of every choice of the runs.
 """
 
 import argparse
@@ -66,11 +67,24 @@ def unexplained(truth: Sequence[np.ndarray], said: Sequence[np.ndarray], rate: f
     return (powers[0] / powers[1]).mean(axis=1)
 
 
+def reach(truth: Sequence[np.ndarray], one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> float:
+    """The correlation of a system whose errors are what two systems have in common, the mean over coefficients.
+
+    Errors are taken as a part that both share and parts of each one's own: the covariance of the
+    two is the variance of the shared part. Of a best guess the error is what is left of the truth,
+    ``r^2 = 1 - shared / var(truth)``; all within sentences, whose means a correlation does not see.
+    """
+    known, first, second = (np.concatenate([rows - rows.mean(0) for rows in part]) for part in (
+        truth, *([y - t for y, t in zip(said, truth, strict=True)] for said in (one, other))))
+    return float(np.sqrt(1 - (first * second).mean(0) / known.var(0)).mean())
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path)
     parser.add_argument("--split", default="val")
+    parser.add_argument("--means", action="store_true")
     options = parser.parse_args()
     runs = [Run.open(folder) for folder in options.runs]
     corpus = Corpus.open(runs[0].settings.corpus_folder)
@@ -86,9 +100,16 @@ def main() -> None:
     print(markdown_table(("run", "correlation"), [(name, f"{score:.4f}") for name, score in
                                                   zip((*names, "mean of them"), scores, strict=True)]))
     errors = [np.concatenate(rows) - np.concatenate(truth) for rows in said]
-    pairs = [(names[a], names[b], f"{np.mean(correlation(errors[a], errors[b])):.3f}")
-             for a, b in combinations(range(len(runs)), 2)]
-    print("", markdown_table(("run", "and", "correlation of errors"), pairs), sep="\n")
+    pairs = [(names[a], names[b], f"{np.mean(correlation(errors[a], errors[b])):.3f}",
+              f"{reach(truth, said[a], said[b]):.4f}") for a, b in combinations(range(len(runs)), 2)]
+    print("", markdown_table(("run", "and", "correlation of errors", "without errors of their own"), pairs), sep="\n")
+    if options.means:
+        chosen = [k for size in range(2, len(runs) + 1) for k in combinations(range(len(runs)), size)]
+        means = [[np.mean(parts, axis=0) for parts in zip(*(said[k] for k in own), strict=True)] for own in chosen]
+        rows = [(" + ".join(names[k] for k in own),
+                 f"{np.mean([correlation(t, y) for t, y in zip(truth, parts, strict=True)]):.4f}")
+                for own, parts in zip(chosen, means, strict=True)]
+        print("", markdown_table(("mean of", "correlation"), rows), sep="\n")
     left = unexplained(truth, mean, float(runs[0].task.clock.rate))
     bands = [(f"{low:g} Hz and more", f"{share:.2f}") for low, share in zip(BANDS, left, strict=True)]
     print("", markdown_table(("movement of", "unexplained by the mean"), bands), sep="\n")

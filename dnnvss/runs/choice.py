@@ -18,6 +18,8 @@ SPOKEN = frozenset({"phones", "words", "visemes"})
 """What a text brings: words, their phones and times, and the gestures that these suggest."""
 HEARD = frozenset({"sound"})
 """What a voice brings."""
+_ALIKE = 0.005
+"""Of correlation: less than what fifty sentences tell apart."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,11 @@ class Candidate:
         return self.corpus, self.settings.split, self.settings.face
 
     @property
+    def noise_alters_it(self) -> bool:
+        """Whether the run listens and has heard nothing but its recordings as they are."""
+        return "sound" in self.needs and not self.settings.trainer.get("altered", 0)
+
+    @property
     def title(self) -> str:
         """Labels and system, as messages name them."""
         return f"labels={self.settings.labels_name} model={self.settings.model_name}"
@@ -61,7 +68,8 @@ def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tu
     """The run with the highest correlation on the test split among those that can be compared.
 
     These are the runs of the corpus, split and face of the run that ended last, as far as they
-    need no more than is given.
+    need no more than is given. Of runs that differ by no more than .005 those come first that noise
+    alters little: they were trained in it (``trainer.altered``), or do not listen.
 
     Args:
         runs: a folder of run folders.
@@ -84,10 +92,13 @@ def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tu
                           remedy='Add text="...", or train a run that listens: python train.py labels=mel'
                           if given == HEARD else "Name a run with run=")
     same = [candidate for candidate in able if candidate.measured == able[0].measured]
-    best = max(same, key=lambda candidate: candidate.headline)
+    most = max(candidate.headline for candidate in same)
+    alike = [candidate for candidate in same if candidate.headline >= most - _ALIKE]
+    best = max(alike, key=lambda candidate: (not candidate.noise_alters_it, candidate.headline))
     if len(found) == 1:
         return best.folder, ""
-    return best.folder, f"{best.title}, correlation {best.headline:.3f} on the test split: {_among(same, given)}"
+    noise = ", trained in noise too" if HEARD <= best.needs and not best.noise_alters_it else ""
+    return best.folder, f"{best.title}, correlation {best.headline:.3f} on the test split{noise}: {_among(same, given)}"
 
 
 def _of(talker: str | None, found: list[Candidate], runs: Path) -> list[Candidate]:

@@ -100,7 +100,7 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
                               remedy="Mend or replace these clips, or give the split more of them, and prepare again")
     made = {name: make_examples(task, corpus, given, encoded, visemes) for name, given in splits.items()}
     if altered and "sound" in task.table.needs:
-        made["train"] = with_altered(task, corpus, made["train"], altered)
+        made["train"] = with_altered(task, corpus, made["train"], altered, splits["train"])
     return {name: _in(scratch, examples) for name, examples in made.items()}
 
 
@@ -129,9 +129,15 @@ def make_examples(task: Task, corpus: Corpus, utterances: Sequence[Utterance], e
             yield task.example(u, clip.parameters, clip.valid, tiers, task.sound(corpus, u))
 
 
-def with_altered(task: Task, corpus: Corpus, examples: Iterable[Example], copies: int) -> Iterator[Example]:
-    """Examples that have the same with an altered sound among their alternatives, the same in every run."""
-    voices = [corpus.sound(u).samples for u in corpus.utterances.values() if u.audio][:_VOICES]
+def with_altered(task: Task, corpus: Corpus, examples: Iterable[Example], copies: int, others: Sequence[Utterance]
+                 ) -> Iterator[Example]:
+    """Examples that have the same with an altered sound among their alternatives, the same in every run.
+
+    Args:
+        task, corpus, examples, copies: see :func:`split_examples`.
+        others: whose voices are heard under theirs, the first 40 of them.
+    """
+    voices = [corpus.sound(u).samples for u in others[:_VOICES]]
     for example in examples:
         utterance, own = corpus.utterances[example.id], corpus.sound(corpus.utterances[example.id])
         rng = np.random.default_rng(list(example.id.encode()))

@@ -67,3 +67,18 @@ def test_a_talker_is_chosen_by_name(tmp_path: Path) -> None:
     assert best_run(tmp_path, SPOKEN)[0].name == "bob" and best_run(tmp_path, SPOKEN, "ann")[0].name == "ann"
     with pytest.raises(DnnvssError, match=r"no finished run here is of talker=eve.*ann, bob"):
         best_run(tmp_path, SPOKEN, "eve")
+
+
+@pytest.mark.parametrize("lags, name", [(0.004, "hardened"), (0.006, "sound")])
+def test_of_runs_alike_the_one_trained_in_noise_listens(tmp_path: Path, lags: float, name: str) -> None:
+    finished(tmp_path, "sound", 0.9, 1, "labels=mel")
+    finished(tmp_path, "hardened", 0.9 - lags, 2, "labels=mel", "trainer.altered=3")
+    folder, told = best_run(tmp_path, HEARD)
+    assert folder.name == name and ("trained in noise too" in told) == (name == "hardened")
+
+
+def test_phones_need_no_noise_in_training(tmp_path: Path) -> None:
+    finished(tmp_path, "both", 0.9, 1, "labels=ph_mel")
+    finished(tmp_path, "phones", 0.897, 2)
+    folder, told = best_run(tmp_path, SPOKEN | HEARD)
+    assert folder.name == "phones" and "noise" not in told

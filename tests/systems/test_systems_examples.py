@@ -65,7 +65,7 @@ def test_altered_sounds_are_alternatives_the_same_each_time(tmp_path: Path) -> N
     corpus = corpus_of(tmp_path)
     task = Task(TABLE, CLOCK, STATIC_DELTA_DELTA2)
     examples = list(make_examples(task, corpus, [corpus.utterances["a"]], encoded()))
-    (first,), (again,) = (list(with_altered(task, corpus, examples, 3)) for _ in range(2))
+    (first,), (again,) = (list(with_altered(task, corpus, examples, 3, [corpus.utterances["a"]])) for _ in range(2))
     numbers = [codes.numeric(np.arange(40)) for codes in (first.codes, *first.alternatives)]
     assert len(numbers) == 4
     assert all((one != other).any() for k, one in enumerate(numbers) for other in numbers[:k])
