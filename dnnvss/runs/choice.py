@@ -97,7 +97,7 @@ def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tu
     best = max(alike, key=lambda candidate: (not candidate.noise_alters_it, candidate.headline))
     if len(found) == 1:
         return best.folder, ""
-    noise = ", trained in noise too" if HEARD <= best.needs and not best.noise_alters_it else ""
+    noise = ", trained in noise too" if "sound" in best.needs and not best.noise_alters_it else ""
     return best.folder, f"{best.title}, correlation {best.headline:.3f} on the test split{noise}: {_among(same, given)}"
 
 
