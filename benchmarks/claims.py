@@ -55,6 +55,7 @@ PROGRAMS = {
     "neighbours": Program("benchmarks/neighbours.py GRID WORK/neighbours --epochs 1", 8, threads=0),
     "hour": Program("benchmarks/hour.py GRID WORK/hour", 12, threads=0),
     "hour_plain": Program("benchmarks/hour.py GRID WORK/hour --plain", 30, threads=0),
+    "growth": Program("benchmarks/growth.py WORK/growth", 30),
 }
 """By name, in the order in which they run."""
 

@@ -8,7 +8,8 @@ found, splits, results kept and read again, the check-up, how late sounds are, t
 of points, examples, codes, dynamic visemes, durations, null models, and the pages of a run. Left out is what works on
 one clip after the other and keeps nothing (decoding, drawing, the aligner for everybody), and training, whose time is
 that of its epochs. Printed are seconds of the processor, largest memory, and how time grows: the exponent ``k`` of
-``seconds = c * hours ** k`` from the length in the middle to the longest one, 1 where it is linear.
+``seconds = c * hours ** k`` from the length in the middle to the longest one, 1 where it is linear. Where a stage takes
+a second and more, that is claimed.
 """
 
 import argparse
@@ -28,6 +29,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from claim import Claim, growth, tell
 
 from dnnvss.formats.tables import markdown_table
 
@@ -35,8 +37,8 @@ SENTENCES, SIZE = 160, 64
 """Of the built-in talker that are made, and the pixels of their pictures."""
 CLIP = 3.0
 """Seconds that a sentence is taken to last."""
-MOST = 1.15
-"""Largest exponent that passes for linear."""
+MOST, LEAST = 1.15, 1.0
+"""Largest exponent that passes for linear, and seconds of the longest length from which one is claimed."""
 
 
 class Watch:
@@ -248,14 +250,16 @@ def main() -> None:
         found[hours] = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
     lengths = list(found)
     middle, last = lengths[len(lengths) // 2], lengths[-1]
-    rows = []
+    rows, claims = [], list[Claim]()
     for stage in found[last]:
         seconds = [found[hours][stage][0] for hours in lengths]
-        growth = np.log(found[last][stage][0] / max(found[middle][stage][0], 1e-3)) / np.log(last / middle)
-        mark = " (!)" if growth > MOST else ""
-        rows.append([stage, *(f"{s:.2f}" for s in seconds), f"{growth:.2f}{mark}", f"{found[last][stage][1]:.0f}"])
+        exponent = growth((middle, last), (found[hours][stage][0] for hours in (middle, last)))
+        rows.append([stage, *(f"{s:.2f}" for s in seconds), f"{exponent:.2f}", f"{found[last][stage][1]:.0f}"])
+        if seconds[-1] >= LEAST:
+            claims.append(Claim(f"{middle:g} to {last:g} hours of recordings: exponent of {stage}", exponent, MOST))
     heads = [f"{hours:.3g} h" for hours in lengths]
     print(markdown_table(["stage, seconds of", *heads, "exponent", f"MB at {heads[-1]}"], rows))
+    tell(claims)
 
 
 if __name__ == "__main__":

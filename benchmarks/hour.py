@@ -21,6 +21,8 @@ from collections.abc import Iterator
 from itertools import chain, count, islice
 from pathlib import Path
 
+from claim import Claim, tell
+
 from dnnvss.formats.tables import markdown_table
 
 CLIP = 3.0
@@ -114,10 +116,9 @@ def main() -> None:
     stages = list(dict.fromkeys(chain.from_iterable(lengths.values())))
     rows = [[stage, *(f"{own.get(stage, 0.0):.0f}" for own in lengths.values())] for stage in stages]
     print(markdown_table(["seconds", *(f"{m:g} min of video" for m in lengths)], rows))
-    for minutes, own in lengths.items():
-        whole = own["**all**"]
-        print(f"{minutes:g} minutes of video: {whole / 60:.1f} minutes, {whole / minutes:.1f} an hour of it (at most "
-              f"{GOALS[options.plain]})")
+    kind = "landmarks found" if options.plain else "landmarks given"
+    tell(Claim(f"{m:g} minutes of video to a speaking face, {kind}: minutes for an hour of it", own["**all**"] / m,
+               GOALS[options.plain]) for m, own in lengths.items())
 
 
 if __name__ == "__main__":
