@@ -24,6 +24,9 @@ from dnnvss.timing import fill_invalid
 FACE, CODES, REPORT = "face.npz", "codes", "report.json"
 """What lies in the folder of an encoding."""
 _BATCH = 32
+ENOUGH = 150_000
+"""Frames that a face is fitted to: a hundred minutes at 25 frames a second. Of a longer corpus it is every so-many-th
+clip, so that the memory of a fit has a bound."""
 
 
 @dataclass(frozen=True)
@@ -249,7 +252,8 @@ def _fitted(kind: FaceKind, settings: FaceSettings, corpus: Corpus, train: Seque
             progress: bool) -> Face:
     if path.is_file():
         return kind.load(path)
-    clips = corpus_clips(corpus, [corpus.utterances[i] for i in train])
+    step = max(1, -(-sum(corpus.utterances[i].frames for i in train) // ENOUGH))
+    clips = corpus_clips(corpus, [corpus.utterances[i] for i in train[::step]])
     face = kind.fit(clips, corpus.info.landmark_groups, settings, progress=progress)
     face.save(path)
     return face

@@ -144,6 +144,21 @@ def test_a_corpus_is_encoded_once(kind: str, tmp_path: Path, monkeypatch: pytest
     assert opened == encoded and len(opened.clip("toy5").valid) == 20
 
 
+def test_a_face_of_a_long_corpus_is_fitted_to_every_so_many_th_clip(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    toy, settings = CASES["points"].corpus(tmp_path / "toy"), TOYS["points"]
+    train = list(toy.utterances)[:5]
+    assert sum(toy.utterances[i].frames for i in train) == 100
+    monkeypatch.setattr(encoding_module, "ENOUGH", 60)
+    long = encode_corpus(toy, {"train": train}, settings, tmp_path / "long", progress=False)
+    monkeypatch.setattr(encoding_module, "ENOUGH", 100)
+    whole = encode_corpus(toy, {"train": train}, settings, tmp_path / "whole", progress=False)
+    every_second = encode_corpus(toy, {"train": train[::2]}, settings, tmp_path / "second", progress=False)
+    means = [encoded.face.points(np.zeros(len(encoded.face.names))) for encoded in (long, whole, every_second)]
+    assert (means[0] == means[2]).all() and (means[0] != means[1]).any()
+    assert all(long.clip(i).valid.any() for i in train)
+
+
 @pytest.mark.parametrize("kind", FACES)
 def test_settings_are_read_from_plain_containers(kind: str) -> None:
     about = face_kind(kind)
