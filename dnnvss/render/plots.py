@@ -232,7 +232,10 @@ def save_figure(figure: Any, path: str | Path) -> Path:
         raise DnnvssError("a picture cannot be written under this name", file=path, remedy="Name it .png, .pdf or .svg")
     if (layout := figure.get_layout_engine()) is not None:
         layout.execute(figure)
-        figure.set_layout_engine("none")  # else all is drawn once more for it
+        figure.set_layout_engine(None)  # else all is drawn once more for it, as it is for "none"
+    packed: dict[str, Any] = {}
+    if Path(path).suffix.lower() == ".png":
+        packed = {"pil_kwargs": {"compress_level": 1}}  # lines and letters are as small as by 6
     with files.replacing(path) as temporary:
-        figure.savefig(temporary)
+        figure.savefig(temporary, **packed)
     return Path(path)
