@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.media import SPEECH_RATE, Sound
+from dnnvss.media import LOUDEST, SPEECH_RATE, Sound
 from dnnvss.timing import FrameClock
 
 RATE = SPEECH_RATE
@@ -154,7 +154,3 @@ def check_samples(samples: np.ndarray) -> None:
     if max(-low, high) > LOUDEST:
         raise DnnvssError(f"the sound reaches {max(-low, high):g}, and 1 is full scale",
                           remedy="Divide the samples by that of full scale, e.g. 32768")
-
-
-LOUDEST = 64.0
-"""A sample beyond this (36 dB over full scale) is taken for one in another unit."""

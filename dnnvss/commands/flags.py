@@ -92,6 +92,22 @@ def whole(least: int | None = None, most: int | None = None, nonzero: bool = Fal
     return parse
 
 
+def number(least: float, most: float, above: bool = False) -> Callable[[str], float]:
+    """A type of option: a number in a range, ``least`` itself left out where ``above``."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(f"={text} is no number") from error
+        if not least <= value <= most or (above and value == least):
+            span = f"above {least:g}, at most {most:g}" if above else f"{least:g} to {most:g}"
+            raise argparse.ArgumentTypeError(f"={text} is out of range: {span}")
+        return value
+
+    return parse
+
+
 def given_as(kind: Callable[[str], Any]) -> Callable[[str], Any]:
     """A type of option: what ``kind`` makes of the text, its complaint in our words."""
 

@@ -140,7 +140,7 @@ def named_style(name: str) -> StyleSettings:
 
 
 def _recording(path: Path) -> Recording:
-    return Recording(read_audio(path, SOUND_RATE), SOUND_RATE, read_audio(path, SPEECH_RATE))
+    return Recording(read_audio(path, SOUND_RATE), SOUND_RATE, read_audio(path, SPEECH_RATE), path)
 
 
 def _alignment(path: Path, text: str, recording: Recording | None) -> Alignment:
@@ -203,6 +203,9 @@ def _export_alignment(path: Path, spoken: Spoken) -> Path:
     """Write the times in the format of the suffix, HTS full-context labels for ``.full.lab``."""
     from dnnvss.text.full_context import write_full_context
 
+    if spoken.plan.phones is None and path.suffix.lower() != ".textgrid":
+        raise DnnvssError("a voice alone tells no phones, and this format holds nothing else", file=path,
+                          remedy="Name it FILE.TextGrid, or give the text or an alignment")
     if path.name.lower().endswith(".full.lab"):
         return write_full_context(path, spoken.plan.alignment, spoken.plan.text)
     return write_alignment(path, spoken.plan.alignment)

@@ -14,8 +14,8 @@ from dnnvss.media.reading import (
     video_info,
     write_wav,
 )
-from dnnvss.media.sound import Sound
+from dnnvss.media.sound import LOUDEST, RATES, Sound
 from dnnvss.media.writing import write_video
 
-__all__ = ["SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "opened", "read_audio", "read_video", "timed_audio",
-           "timed_cells", "timed_frames", "video_frames", "video_info", "write_video", "write_wav"]
+__all__ = ["LOUDEST", "RATES", "SOUND_RATE", "SPEECH_RATE", "Sound", "VideoInfo", "opened", "read_audio", "read_video",
+           "timed_audio", "timed_cells", "timed_frames", "video_frames", "video_info", "write_video", "write_wav"]

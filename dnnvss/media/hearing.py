@@ -1,5 +1,6 @@
 """The sound of a recording, every block at its time, mono."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +9,9 @@ from typing import Any
 import av
 import numpy as np
 
+from dnnvss.errors import DnnvssError
 from dnnvss.media.containers import opened
+from dnnvss.media.sound import RATES
 
 _JITTER = 0.02
 """Seconds by which the time stamp of a block may differ from the end of the one before: clocks of milliseconds."""
@@ -32,8 +35,10 @@ def mono(path: Path, tracks: int, rate: int) -> tuple[np.ndarray, float]:
     first = np.zeros(0, np.float32), 0.0
     for track in range(tracks):
         with opened(path) as container:
-            channels, start = _channels(container, track, rate)
-        sound = mixed(channels)
+            _check_rate(container, track, path)
+            laid = deque(laid_blocks(container, track, rate))
+        start = laid[0][0] if laid else 0.0
+        sound = _mixed_blocks(laid)
         if np.abs(sound).max(initial=0.0) > _SILENT:
             return sound, start
         first = first if track else (sound, start)
@@ -99,12 +104,27 @@ class Moments:
         return Mix(weights.astype(np.float32), offsets.astype(np.float32))
 
 
-def _channels(container: Any, track: int, rate: int) -> tuple[np.ndarray, float]:
-    """All channels (C, n) of a track at ``rate`` on one line of time, and the time stamp of its first block."""
-    blocks = list(laid_blocks(container, track, rate))
-    most = max((len(block) for _, block in blocks), default=1)
-    parts = [np.zeros((most, 0), np.float32), *(as_many(block, most) for _, block in blocks)]
-    return np.concatenate(parts, axis=1), blocks[0][0] if blocks else 0.0
+def _mixed_blocks(laid: deque[tuple[float, np.ndarray]]) -> np.ndarray:
+    """One channel (n,) of the blocks of a track, which are used up: an hour is never in memory three times."""
+    most = max((len(block) for _, block in laid), default=1)
+    heard, count, at = Moments(most), 0, 0
+    for _, block in laid:
+        heard.add(as_many(block, most))
+        count += block.shape[1]
+    mix, sound = heard.mix(), np.empty(count, np.float32)
+    while laid:
+        _, block = laid.popleft()
+        sound[at : at + block.shape[1]] = mix.of(as_many(block, most))
+        at += block.shape[1]
+    return sound
+
+
+def _check_rate(container: Any, track: int, path: Path) -> None:
+    """Refuse a track of a rate that no sound has: a few kilobytes of it would be hours."""
+    rate = container.streams.audio[track].rate
+    if rate and not RATES[0] <= rate <= RATES[1]:
+        raise DnnvssError(f"says that it has {rate} samples a second", file=path,
+                          remedy=f"Write the rate that it was recorded at, {RATES[0]} to {RATES[1]}")
 
 
 def as_many(block: np.ndarray, channels: int) -> np.ndarray:
@@ -114,7 +134,19 @@ def as_many(block: np.ndarray, channels: int) -> np.ndarray:
 
 
 def laid_blocks(container: Any, track: int, rate: int) -> Iterator[tuple[float, np.ndarray]]:
-    """Yield the blocks (C, n) float32 of a track one behind the other, gaps filled, each with the first time stamp."""
+    """Yield the blocks (C, n) float32 of a track one behind the other, gaps filled, each with the first time stamp.
+
+    Raises:
+        DnnvssError: samples that are no finite numbers.
+    """
+    for start, block in _blocks(container, track, rate):
+        if not np.isfinite(block).all():
+            raise DnnvssError("holds samples that are no finite numbers", file=container.name,
+                              remedy="Write the recording anew")
+        yield start, block
+
+
+def _blocks(container: Any, track: int, rate: int) -> Iterator[tuple[float, np.ndarray]]:
     line: _Line | None = None
     for frame in container.decode(audio=track):
         line = line or _Line(rate, frame.time or 0.0)

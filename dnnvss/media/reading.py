@@ -16,7 +16,9 @@ from dnnvss.errors import DnnvssError
 from dnnvss.media.cells import Cells
 from dnnvss.media.containers import opened
 from dnnvss.media.decoding import Look, decoded, look_of, main_stream
+from dnnvss.media.folders import SOUNDS
 from dnnvss.media.hearing import mixed, mono
+from dnnvss.media.sound import LOUDEST
 from dnnvss.shortages import shortage_of
 
 SPEECH_RATE = 16000
@@ -29,6 +31,10 @@ SOUND_RATE = 48000
 
 _REMEDY = ("Check that it plays, then store it anew, frame for frame: "
            "ffmpeg -i FILE -fps_mode passthrough -c:v libx264 -crf 12 -c:a aac OUT.mp4")
+
+_SOUND_REMEDY = ("Check that it plays, then store it anew: ffmpeg -i FILE OUT.wav; raw samples: "
+                 "ffmpeg -f s16le -ar 16000 -ac 1 -i FILE OUT.wav")
+_RAW = ".raw", ".pcm", ".s16", ".au", ".oga", ".amr"
 
 
 @dataclass(frozen=True)
@@ -162,7 +168,7 @@ def read_audio(path: str | Path, rate: int = SPEECH_RATE) -> np.ndarray:
     Which track and channels are heard, and what stands in gaps, :func:`dnnvss.media.hearing.mono` says.
 
     Raises:
-        DnnvssError: the file is missing, unreadable or has no sound.
+        DnnvssError: the file is missing, unreadable or has no sound, or samples that are none.
     """
     return timed_audio(path, rate)[0]
 
@@ -180,10 +186,19 @@ def timed_audio(path: str | Path, rate: int = SPEECH_RATE) -> tuple[np.ndarray, 
         sound, start = mono(p, tracks, rate)
         if not len(sound):
             raise DnnvssError("its sound is empty", file=p, remedy="Give a recording with an audio stream")
+        _check_level(sound, p)
         return sound, start
 
-    found: tuple[np.ndarray, float] = files.read(path, decode, _REMEDY)
+    remedy = _SOUND_REMEDY if Path(path).suffix.lower() in (*SOUNDS, *_RAW) else _REMEDY
+    found: tuple[np.ndarray, float] = files.read(path, decode, remedy)
     return found
+
+
+def _check_level(sound: np.ndarray, path: Path) -> None:
+    """Refuse samples that are far beyond full scale."""
+    if (loudest := max(-float(sound.min()), float(sound.max()))) > LOUDEST:
+        raise DnnvssError(f"its samples reach {loudest:g}, and 1 is full scale", file=path,
+                          remedy="Write the recording anew, with samples of at most 1")
 
 
 def _plain_wav(path: Path, rate: int) -> np.ndarray | None:

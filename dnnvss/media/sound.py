@@ -6,6 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+RATES = 1000, 384000
+"""Least and most samples a second of a sound."""
+LOUDEST = 64.0
+"""A sample beyond this (36 dB over full scale) is taken for one in another unit."""
+
 
 @dataclass(frozen=True)
 class Sound:

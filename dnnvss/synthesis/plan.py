@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dnnvss.corpus import Utterance
-from dnnvss.errors import DnnvssError
+from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.media import SPEECH_RATE
 from dnnvss.phones import SILENCES
 from dnnvss.runs.run import Run
@@ -150,14 +150,23 @@ def _check_words(alignment: Alignment, text: str, file: Path | None) -> None:
 
 
 def heard(run: Run, sentence: "Sentence", recording: Recording) -> Plan:
-    """The times of a sentence in a recording of it."""
+    """The times of a sentence in a recording of it.
+
+    Raises:
+        DnnvssError: the recording does not hold the sentence, or cannot be listened to.
+    """
     from dnnvss.speech.align import align
 
     if recording.heard.rate != SPEECH_RATE:
         raise DnnvssError(f"the aligner listens at {SPEECH_RATE} samples a second, not {recording.rate}",
                           remedy="Give the sound at that rate as Recording.speech")
     words = [(w.spoken, w.choices(run.voice.variant)) for w in sentence.words]
-    found = align(recording.heard.samples, words)
+    try:
+        found = align(recording.heard.samples, words)
+    except DnnvssError as error:
+        if isinstance(error, ShortageError) or error.file is not None:
+            raise
+        raise DnnvssError(error.problem, file=recording.file, remedy=error.remedy) from error
     return Plan(sentence.text, found.alignment, recording, RECORDED, tuple(sentence.report()), tuple(found.scores))
 
 
@@ -176,7 +185,7 @@ def overheard(run: Run, recording: Recording) -> Plan:
         raise DnnvssError("the run does not listen, and there is no text", file=run.folder,
                           remedy='Give text="...", or take a run of labels=mel')
     if not len(recording.heard.samples):
-        raise DnnvssError("the recording holds no sound", remedy="Give another wav=FILE")
+        raise DnnvssError("the recording holds no sound", file=recording.file, remedy="Give another wav=FILE")
     return Plan("", Alignment([voice_activity(recording.heard)]), recording, RECORDED)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,11 +29,13 @@ class Recording:
         samples: mono sound (n,) in [-1, 1], as it is to be heard.
         rate: samples a second.
         speech: the same sound at :data:`SPEECH_RATE`, which the aligner and labels of sound listen to.
+        file: that it was read from, for messages.
     """
 
     samples: np.ndarray
     rate: int
     speech: np.ndarray | None = None
+    file: Path | None = None
 
     @property
     def heard(self) -> Sound:
@@ -121,6 +124,14 @@ class SpeakRequest:
     def timed(self) -> bool:
         """Whether times are set that an engine has to keep to."""
         return self.alignment is not None or bool(self.total) or self.speed != 1 or self.durations == "model"
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The settings of times that have no effect, because a recording or an alignment tells the times."""
+        if self.recording is None and self.alignment is None:
+            return ()
+        asked = {"speed": self.speed != 1, "total": self.total is not None, "durations": self.durations == "model"}
+        return tuple(name for name, given in asked.items() if given)
 
     @property
     def by_recordings(self) -> bool:

@@ -148,6 +148,7 @@ class Spoken:
         lines = [f"speech: {engine}"] if engine else []
         if not self.plan.phones and (asked := [n for n in OF_PHONES if getattr(self.request.style, n)]):
             lines += [f"a voice alone tells no phones: style.{name} has no effect" for name in asked]
+        lines += [f"times are given: {name} has no effect" for name in self.request.idle]
         if self.request.style.life and self.run.life is None and isinstance(self.run.face, Textured):
             lines += ["the run did not learn how eyes and head move: style.life has no effect"]
         lines += [f"the talker never spoke {p}: {other} stands in for it" for p, other in self.stand_ins.items()]

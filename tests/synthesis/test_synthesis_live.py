@@ -15,7 +15,8 @@ import pytest
 from conftest import CLOCK, ROOT, composed, run_command
 
 from dnnvss.acoustics import Encoder, LogMel, encoder
-from dnnvss.commands.live import Outputs, blocks, follow
+from dnnvss.commands import live
+from dnnvss.commands.live import Outputs, Sink, blocks, check_places, follow
 from dnnvss.commands.train import train
 from dnnvss.corpus import Corpus
 from dnnvss.curves import Stream
@@ -247,8 +248,66 @@ def test_a_source_that_stutters_and_stops_midway(home: Path) -> None:
 
 @pytest.mark.parametrize("given, message", [
     (["--curves", "-", "--video", "-"], "both write to standard output"),
-    (["--sound", "nothing.wav"], "nothing.wav: no such file")])
+    (["--sound", "nothing.wav"], "nothing.wav: no such file"), (["--sound", "."], "is a folder"),
+    (["--articulation", "nan"], "--articulation=nan is out of range: 0 to 100"),
+    (["--scale", "1e9"], "--scale=1e9 is out of range: above 0, at most 16"),
+    (["--scale", "x"], "--scale=x is no number"),
+    (["--fps", "5000"], "more than 1000 pictures a second")])
 def test_mistakes_are_told_in_a_line(home: Path, given: list[str], message: str,
                                      capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command("live", home / "run", *given) in (1, 2)
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name, data, message", [
+    ("a.mp3", b"x", "a.mp3: .mp3 files hold no samples"), ("a.wav", bytes(99), "a.wav: is no wav file"),
+    ("a.wav", b"", "a.wav: is empty")])
+def test_what_cannot_be_heard_is_named_and_older_curves_stay(home: Path, tmp_path: Path, name: str, data: bytes,
+                                                             message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / name).write_bytes(data)
+    (tmp_path / "old.jsonl").write_text("old")
+    given = ["--sound", tmp_path / name, "--fast", "--curves", tmp_path / "old.jsonl"]
+    assert run_command("live", home / "run", *given) == 1
+    assert message in capsys.readouterr().err and (tmp_path / "old.jsonl").read_text() == "old"
+
+
+def test_outputs_are_new_files_each_with_a_place_of_its_own(tmp_path: Path) -> None:
+    sound = tmp_path / "a.wav"
+    sound.write_bytes(b"x")
+    for outputs, message in (([sound], "would be written over"), ([tmp_path / "b", tmp_path / "b"], "two outputs"),
+                             ([tmp_path], "is a folder"), ([sound / "b"], "cannot be made")):
+        with pytest.raises(DnnvssError, match=message):
+            check_places(str(sound), [str(path) for path in outputs])
+    check_places(str(sound), ["-", "/dev/null", "/dev/null", str(tmp_path / "new" / "c")])
+    assert not (tmp_path / "new" / "c").exists() and sound.read_bytes() == b"x"
+
+
+def test_a_sink_is_opened_when_something_comes(tmp_path: Path) -> None:
+    path = tmp_path / "c"
+    path.write_text("old")
+    with Sink(str(path)) as sink:
+        assert path.read_text() == "old"
+        sink.flush()
+        assert path.read_text() == ""
+        sink.write(b"new")
+    assert path.read_text() == "new"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_is_told_with_the_file() -> None:
+    with pytest.raises(DnnvssError, match="/dev/full: cannot be written any further"), Sink("/dev/full") as sink:
+        sink.write(b"x" * 100)
+        sink.flush()
+
+
+def test_ctrl_c_ends_it_with_what_was_given_out(home: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
+                                                capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(*_: object) -> Iterator[np.ndarray]:
+        yield noise(1.0)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(live, "blocks", interrupted)
+    given = ["--sound", home / "said.wav", "--curves", tmp_path / "c"]
+    assert run_command("live", home / "run", *given) == 130
+    count = len((tmp_path / "c").read_text().splitlines())
+    assert count > 20 and f"stopped after {count} pictures" in capsys.readouterr().err
