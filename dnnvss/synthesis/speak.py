@@ -14,6 +14,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Gauge, Textured
 from dnnvss.life import Moves, draw_moves, speech_contexts
 from dnnvss.phones import SILENCES, nearest
+from dnnvss.phones.contexts import spoken_triphones
 from dnnvss.runs.run import Run
 from dnnvss.style import Key, sample_keys
 from dnnvss.style.generator import all_gauges
@@ -170,7 +171,7 @@ class Spoken:
     @property
     def unfamiliar(self) -> float | None:
         """The share of triphones that the talker never spoke, where that is most of them."""
-        if not self.plan.phones:
+        if not self.plan.phones or not _reads_phones(self.run):
             return None
         return unfamiliar(self.plan.alignment, self.stand_ins, self.run.voice.triphones)
 
@@ -201,7 +202,13 @@ def _seen(run: Run, request: SpeakRequest, plan: Plan) -> tuple[Example, dict[st
     if plan.phones:
         alignment, stand_ins = replace_unseen(alignment, run.voice.phones, run.voice.pauses)
     sound = plan.sound.heard if plan.sound else None
-    return run.example(Utterance(request.id, plan.text, alignment), sound), stand_ins
+    told = stand_ins if _reads_phones(run) else {}
+    return run.example(Utterance(request.id, plan.text, alignment), sound), told
+
+
+def _reads_phones(run: Run) -> bool:
+    """Whether phones tell the system anything; one that listens does not mind which it never heard."""
+    return "phones" in run.needs
 
 
 def speak_again(spoken: Spoken, request: SpeakRequest) -> Spoken:
@@ -237,7 +244,8 @@ def _risks(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_
     if plan.phones:
         words = word_risks(plan.pronunciation, plan.scores)
         keys = key_risks(request.keys, run.generator.talker.reach, run.face.names)
-        spans += find_risks(plan.alignment, clock, stand_ins, run.voice.triphones, words, keys)
+        known = run.voice.triphones if _reads_phones(run) else spoken_triphones([plan.alignment])
+        spans += find_risks(plan.alignment, clock, stand_ins, known, words, keys)
     if run.heard:
         spans += sound_risks(run.heard.strangeness(example.codes, clock), clock)
     return tuple(sorted(spans, key=lambda span: span[:2]))

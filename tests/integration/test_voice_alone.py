@@ -19,6 +19,7 @@ from dnnvss.runs.run import Run
 from dnnvss.style import read_keys
 from dnnvss.synthesis.request import Recording, SpeakRequest
 from dnnvss.synthesis.speak import speak
+from dnnvss.timing import Alignment, Tier
 
 FAST = ["trainer.epochs=2", "trainer.progress=false", "trainer.figure_every=0", "trainer.accelerator=cpu",
         "aam.modes=8", "jobs=1", "sample=false", "folds=0"]
@@ -105,3 +106,23 @@ def test_a_sound_unlike_the_training_is_a_risk(home: Path) -> None:
     loud = np.random.default_rng(0).uniform(-1, 1, 16000).astype(np.float32)
     risks = speak(run, SpeakRequest(recording=Recording(loud, 16000))).risks
     assert risks and {risk["kind"] for span in risks for risk in span.risks} == {"unheard sound"}
+
+
+def test_settings_of_times_that_a_recording_tells_are_named_and_errors_name_it(home: Path) -> None:
+    run, samples = Run.open(home / "runs" / "heard"), np.zeros(16000, np.float32)
+    samples[4000:9000] = np.sin(np.arange(5000) / 9) / 2
+    recording = Recording(samples, 16000, samples, home / "said.wav")
+    assert SpeakRequest(speed=2, total=3).idle == ()
+    spoken = speak(run, SpeakRequest(recording=recording, speed=2, durations="model"))
+    assert {"times are given: speed has no effect", "times are given: durations has no effect"} <= set(spoken.remarks)
+    with pytest.raises(DnnvssError, match=r"said\.wav: "):
+        speak(run, SpeakRequest(text="nothing of this was said", recording=recording))
+
+
+def test_phones_are_no_risk_to_a_run_that_does_not_read_them(home: Path) -> None:
+    strange = [(0.0, 0.2, "sil"), (0.2, 0.4, "ZH"), (0.4, 0.6, "ZH"), (0.6, 1.0, "sil")]
+    times = Alignment([Tier("phones", strange), Tier("words", [(0.0, 0.2, ""), (0.2, 0.6, "x"), (0.6, 1.0, "")])])
+    sound = Recording(np.zeros(16000, np.float32), 16000)
+    kinds = {name: {risk["kind"] for span in speak(Run.open(home / "runs" / name), SpeakRequest(
+        alignment=times, recording=sound)).risks for risk in span.risks} for name in ("heard", "phones")}
+    assert kinds["phones"] and not kinds["heard"] - {"unheard sound"}
