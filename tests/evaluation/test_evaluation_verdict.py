@@ -69,6 +69,7 @@ def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]]
     assert "not chance" in lines[2] and "kernel correlates with the talker by 0.9" in lines[2]
     assert lines[3].count("“") == 3 and "closely" in lines[4]
     assert "may be chance" in judged(examples, 1.5, 8)[2]
+    assert "gain over the means is -" in (loss := judged(examples, 9.0, 8)[2]) and "is not chance" in loss
     few = judged(examples, 0.1, 4)[2]
     assert "4 are too few" in few and "(" not in few
 
