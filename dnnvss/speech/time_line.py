@@ -61,11 +61,10 @@ def stretched(mean: np.ndarray, deviation: np.ndarray, pauses: np.ndarray,
         whole = float(seconds.sum() + longer.sum())
         low, high = (r, high) if whole < wanted else (low, r)
         slope = float(deviation @ np.where(free > SHORTEST, free, 0.0)) + pause_deviation * float(longer.sum())
-        nearer = r + np.log(wanted / whole) * whole / slope if slope > 0 else np.inf
-        nearer = float(nearer) if low < nearer < high else (low + high) / 2
-        if abs(nearer - r) < 1e-13 * max(1.0, abs(r)):
+        step = float(np.log(wanted / whole)) * whole / slope if slope > 0 else np.inf
+        if abs(step) < 1e-13 * max(1.0, abs(r)):
             break
-        r = nearer
+        r = r + step if low < r + step < high else (low + high) / 2
     correction = wanted / whole
     return seconds * correction, longer * correction
 

@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
+from textwrap import shorten
 from types import MappingProxyType
 from typing import Any
 
@@ -16,10 +17,13 @@ from dnnvss.formats import write_alignment
 from dnnvss.media import SPEECH_RATE, write_video, write_wav
 from dnnvss.shortages import shortage_of
 from dnnvss.synthesis.speak import Spoken
+from dnnvss.timing import Tier
 
 SOUND = ".wav"
 PLOTTED = 5
 """Coefficients in the plot."""
+_TITLE = 200
+"""Letters of the text above the plot."""
 
 
 def beside(out: Path) -> list[Path]:
@@ -91,12 +95,15 @@ def write_trajectory(path: Path, spoken: Spoken) -> Path:
 
 
 def draw(path: Path, spoken: Spoken) -> Path:
-    """Write a plot of the leading coefficients with the phones and return the path."""
-    from dnnvss.render.plots import plot_trajectories
+    """Write a plot of the leading coefficients with the phones and return the path; of a long text its first page."""
+    from dnnvss.render.plots import PAGE, plot_trajectories
 
-    x = spoken.trajectory
+    x, tier, title = spoken.trajectory, spoken.plan.tier, shorten(spoken.plan.text, _TITLE, placeholder=" ...")
+    if len(tier) > PAGE:
+        title, tier = f"of {tier.end / 60:.0f} minutes: {title}", Tier(tier.name, tier.segments[:PAGE])
+        title, x = f"the first {tier.end:.0f} seconds {title}", x[: spoken.clock.edge(tier.end)]
     series = {f"coefficient {d + 1}": x[:, d] for d in range(min(PLOTTED, x.shape[1]))}
-    return plot_trajectories(path, series, spoken.clock.rate, spoken.plan.tier, spoken.plan.text)
+    return plot_trajectories(path, series, spoken.clock.rate, tier, title)
 
 
 def report(spoken: Spoken, **about: Any) -> dict[str, Any]:
