@@ -14,10 +14,10 @@ from dnnvss.face.base import Face
 from dnnvss.render.pictures import still
 from dnnvss.timing import FrameClock, Tier
 
-PAGE = 1500
-"""Phones of a plot in which each can be read: fifteen lines."""
+PAGE = 1000
+"""Phones of a plot in which each can be read: ten lines."""
 COLOURS = ("#222222", "#d1495b", "#2e86ab", "#3c9d6a", "#edae49")
-_DPI, _PIXELS = 150, 15e6
+_DPI, _PIXELS = 150, 10e6
 """Dots to an inch, and dots of a picture from which there are fewer to an inch."""
 _LINE, _LINES, _CROWD, _DOTS = 100, 30, 200, 4000
 """Phones of a line of a plot over time, from which it goes on in another line below; lines of a plot at most; phones of

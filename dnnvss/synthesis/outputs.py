@@ -90,7 +90,7 @@ def write_trajectory(path: Path, spoken: Spoken) -> Path:
     parts = spoken.points()
     first = next(parts)
     points = files.Rows((len(spoken.trajectory), *first.shape[1:]), np.float32, chain([first], parts))
-    return files.write_arrays(path, parameters=spoken.trajectory.astype(np.float32), rate=float(spoken.clock.rate),
+    return files.write_arrays(path, parameters=np.asarray(spoken.trajectory, np.float32), rate=float(spoken.clock.rate),
                               columns=np.array(spoken.run.face.names), points=points)
 
 

@@ -25,5 +25,5 @@ def test_the_plot_of_a_long_text_is_its_first_page(extra: int, tmp_path: Path, m
     (series, rate, shown, title), = drawn
     assert rate == 100 and len(shown) == plots.PAGE and len(title) < 260
     np.testing.assert_array_equal(series["coefficient 2"], x[: 8 * plots.PAGE, 1])
-    told = f"the first 120 seconds of {0.08 * count / 60:.0f} minutes: some words"
+    told = f"the first 80 seconds of {0.08 * count / 60:.0f} minutes: some words"
     assert title.startswith(told if extra else "some words")
