@@ -17,6 +17,10 @@ from dnnvss.timing import Alignment
 QUIET = 1e-3
 """Largest sample of a sound that is taken to hold nothing."""
 
+LASTING = 5
+"""Stretches of 10 ms that tell speech from clicks: passes over the silence before and behind speech take as long as
+passes over speech."""
+
 _BEAM, _WIDE_BEAM = 1e-80, 1e-200
 
 _NOT_FOUND = "was not found in the sound"
@@ -46,7 +50,7 @@ class Aligned:
 
 
 def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float, float]] | None = None,
-          slack: float = 0.25, sharp: bool = True) -> Aligned:
+          slack: float = 0.25, sharp: bool = True, lasting: int = 1) -> Aligned:
     """Return the phones and words of a recording, in time.
 
     Each attempt is two passes of pocketsphinx over a stretch of the sound; the first one that finds all words with a
@@ -60,6 +64,7 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
         slack: seconds of sound kept on either side of the spoken part.
         sharp: move edges to where the sound changes (:mod:`dnnvss.speech.align_edges`); for an alignment that a voice
             is learnt from, the aligner's own edges serve.
+        lasting: stretches of 10 ms that the spoken part begins and ends with, see :func:`spoken_part`.
 
     Raises:
         DnnvssError: no word, no sound, less sound than the words need, or speech that drowns in noise.
@@ -68,7 +73,7 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
     _check(audio, words)
     said = " ".join(word for word, _ in words)
     reasons: list[str] = []
-    for attempt, (start, end), gain, beam in _attempts(audio, bounds, slack):
+    for attempt, (start, end), gain, beam in _attempts(audio, bounds, slack, lasting):
         if beam < _BEAM and set(reasons) != {_NOT_FOUND}:
             break  # a path was found, and it does not fit: others are worse
         sound = audio[int(start * SPEECH_RATE) : int(end * SPEECH_RATE)] * gain
@@ -105,10 +110,10 @@ def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
 
 
 def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,
-              slack: float) -> Iterator[tuple[str, tuple[float, float], float, float]]:
+              slack: float, lasting: int) -> Iterator[tuple[str, tuple[float, float], float, float]]:
     """Yield the name, the stretch in seconds, the gain and the beam of each attempt."""
     whole = (0.0, len(audio) / SPEECH_RATE)
-    spoken = (bounds[0][0], bounds[-1][1]) if bounds else spoken_part(audio)
+    spoken = (bounds[0][0], bounds[-1][1]) if bounds else spoken_part(audio, lasting)
     crop = (max(0.0, spoken[0] - slack), min(whole[1], spoken[1] + slack))
     if not crop[1] - crop[0] >= 2 * _LEAST:  # the given times are not of this sound
         crop = whole
@@ -119,12 +124,20 @@ def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,
     yield "whole recording with wider beams", whole, 1.0, _WIDE_BEAM
 
 
-def spoken_part(audio: np.ndarray) -> tuple[float, float]:
-    """Return the first and last moment in seconds at which sound (n,) at 16 kHz rises well above its noise floor."""
+def spoken_part(audio: np.ndarray, lasting: int = 1) -> tuple[float, float]:
+    """Return the first and last moment in seconds at which sound (n,) at 16 kHz rises well above its noise floor.
+
+    Args:
+        audio: the sound.
+        lasting: stretches of 10 ms of which all but one have to: what is shorter is a click or a chair, no speech.
+    """
     level = levels(audio)
     floor, peak = np.percentile(level, 10), np.percentile(level, 98)
-    loud = np.flatnonzero(level > floor + 0.35 * (peak - floor))
-    return (loud[0] * 0.01, (loud[-1] + 1) * 0.01) if len(loud) else (0.0, len(audio) / SPEECH_RATE)
+    loud = (level > floor + 0.35 * (peak - floor)).astype(int)
+    at = np.flatnonzero(np.convolve(loud, np.ones(lasting, int)) >= max(lasting - 1, 1))
+    if not len(at):
+        return 0.0, len(audio) / SPEECH_RATE
+    return max(at[0] - lasting + 1, 0) * 0.01, min(at[-1] + 1, len(level)) * 0.01
 
 
-__all__ = ["DOUBTFUL", "QUIET", "Aligned", "UnfitError", "Word", "align", "spoken_part"]
+__all__ = ["DOUBTFUL", "LASTING", "QUIET", "Aligned", "UnfitError", "Word", "align", "spoken_part"]

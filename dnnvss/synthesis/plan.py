@@ -155,14 +155,14 @@ def heard(run: Run, sentence: "Sentence", recording: Recording) -> Plan:
     Raises:
         DnnvssError: the recording does not hold the sentence, or cannot be listened to.
     """
-    from dnnvss.speech.align import align
+    from dnnvss.speech.align import LASTING, align
 
     if recording.heard.rate != SPEECH_RATE:
         raise DnnvssError(f"the aligner listens at {SPEECH_RATE} samples a second, not {recording.rate}",
                           remedy="Give the sound at that rate as Recording.speech")
     words = [(w.spoken, w.choices(run.voice.variant)) for w in sentence.words]
     try:
-        found = align(recording.heard.samples, words)
+        found = align(recording.heard.samples, words, lasting=LASTING)
     except DnnvssError as error:
         if isinstance(error, ShortageError) or error.file is not None:
             raise

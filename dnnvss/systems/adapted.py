@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from dnnvss.errors import DnnvssError
 from dnnvss.features import FeatureTable
@@ -14,7 +13,7 @@ from dnnvss.files import digest
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example
 from dnnvss.systems.ensemble import trajectory
-from dnnvss.systems.kernel import KernelRegression, KernelSettings, described, typical_distance
+from dnnvss.systems.kernel import KernelRegression, KernelSettings, described, squared_distances, typical_distance
 from dnnvss.timing import FrameClock
 from dnnvss.training.learnt import read_learnt
 
@@ -144,7 +143,7 @@ class AdaptedRegression(KernelRegression):
 
 
 def _gaussian(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.exp(cdist(a, b, "sqeuclidean") / -2)
+    return np.exp(squared_distances(a, b) / -2)
 
 
 def _state(source: SourceSettings) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.spatial.distance import cdist, pdist
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives
 from dnnvss.errors import DnnvssError
@@ -132,11 +131,20 @@ class KernelRegression(VisualModel):
         self.windows_ = STATIC_DELTA_DELTA2.first(len(self.variance_))
 
     def _kernel(self, seen: np.ndarray) -> np.ndarray:
-        return np.exp(cdist(seen, self.seen_, "sqeuclidean") / (-2 * self.width_**2))
+        return np.exp(squared_distances(seen, self.seen_) / (-2 * self.width_**2))
+
+
+def squared_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The squared distances (N, M) of rows (N, columns) and (M, columns), by one matrix product."""
+    a, b = a.astype(float), b.astype(float)
+    apart = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2 * (a @ b.T)
+    return np.asarray(np.maximum(apart, 0.0, out=apart))
 
 
 def typical_distance(seen: np.ndarray) -> float:
     """The median distance of two frames among some of (N, columns); 1 where all look alike."""
+    from scipy.spatial.distance import pdist  # slow to import, and asked by a fit alone
+
     apart = pdist(seen[:: -(-len(seen) // _SEEN)])
     return float(np.median(apart)) if len(apart) and apart.any() else 1.0
 

@@ -125,6 +125,17 @@ def test_spoken_part_of_a_tone_in_silence():
     assert spoken_part(sound) == pytest.approx((0.5, 1.0), abs=0.011)
 
 
+def test_clicks_beside_speech_are_no_part_of_what_lasts() -> None:
+    sound = np.random.default_rng(0).normal(0, 1e-3, 32_000).astype(np.float32)
+    sound[8_000:16_000] += 0.3 * np.sin(np.arange(8_000) * 0.3, dtype=np.float32)
+    sound[1_600:1_700] = sound[30_000:30_400] = 0.5
+    assert spoken_part(sound) == pytest.approx((0.1, 1.9), abs=0.02)
+    assert spoken_part(sound, lasting=5) == pytest.approx((0.5, 1.0), abs=0.02)
+    assert spoken_part(sound[:160], lasting=5) == (0.0, 0.01)
+    loud = np.ones(800, np.float32) * np.array([1, -1] * 400, np.float32)
+    assert spoken_part(np.concatenate([loud, sound[17_000:29_000]]), lasting=5) == pytest.approx((0, 0.05), abs=0.02)
+
+
 def test_short_gaps_are_shared_closures_go_to_the_stop_and_pauses_stay():
     pieces = [("AA", 0, 0.2, 0.3), ("M", 1, 0.34, 0.5), ("T", 2, 0.58, 0.7), ("N", 3, 0.8, 0.9)]
     found = tiers(pieces, ["a", "b", "c", "d"], 1.2)
