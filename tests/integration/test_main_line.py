@@ -84,7 +84,7 @@ def test_run_folder_holds_what_synthesis_and_reader_need(home: Path) -> None:
 
 def test_finished_run_is_reported_and_not_trained_again(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = (home / "runs" / "ph" / "model.npz").stat().st_mtime_ns
-    again = train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/ph", *FAST))
+    again = train(configure("train", f"corpus.out={home}/demo", f"run={home}/runs/ph", "labels=ph", *FAST))
     assert (home / "runs" / "ph" / "model.npz").stat().st_mtime_ns == before
     assert "is finished" in capsys.readouterr().out
     assert again == pytest.approx(files.read_json(home / "runs" / "ph" / "metrics.json")["headline"])

@@ -44,7 +44,7 @@ def folder(runs: Path) -> Path:
 @pytest.mark.slow
 def test_each_talker_has_a_run_like_any_other(home: Path, tmp_path: Path) -> None:
     both = folder(home / "runs")
-    assert both.name.startswith("ann+bob-ph-feedforward-") and not (both / "parts").exists()
+    assert both.name.startswith("ann+bob-ph_class-feedforward-") and not (both / "parts").exists()
     for name, other in (("ann", "bob"), ("bob", "ann")):
         run = Run.open(talker_run(both, name))
         assert files.read_json(RunFiles(run.folder).provenance)["heard_with"] == [other]

@@ -48,7 +48,7 @@ def test_a_run_is_named_by_what_its_sources_hold_and_not_by_where_they_lie(tmp_p
 
 
 @pytest.mark.parametrize("given, message", [
-    (["labels=ph_a"], "was trained with labels=ph, and this run is to have labels=ph_a.*labels=ph"),
+    (["labels=ph_a"], "was trained with labels=ph_class, and this run is to have labels=ph_a.*labels=ph_class"),
     (["trajectory.rate=50"], r"has a clock of 100 frames a second.*trajectory\.rate=100"),
     (["model=kernel"], "model=kernel learns nothing from other talkers")])
 def test_what_cannot_be_learnt_from_is_refused(tmp_path: Path, given: list[str], message: str) -> None:

@@ -44,7 +44,7 @@ def test_a_talkers_run_is_named_by_who_was_heard_with_it(three: dict[str, RunSet
 def test_all_runs_lie_in_one_folder(three: dict[str, RunSettings]) -> None:
     made = joined(three, PRINTS, 0.5)
     folders = {run_folder(own, PRINTS[name]).parent for name, own in made.items()}
-    assert len(folders) == 1 and folders.pop().name.startswith("ann+bob+cy-ph-feedforward-")
+    assert len(folders) == 1 and folders.pop().name.startswith("ann+bob+cy-ph_class-feedforward-")
     assert list(made) == ["ann", "bob", "cy"] and list(made["bob"].heard_with) == ["ann", "cy"]
     assert provenance(made["bob"], "x").heard_with == ("ann", "cy")
     named = joined({name: replace(own, run="there") for name, own in three.items()}, PRINTS, 0.5)
