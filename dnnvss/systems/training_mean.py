@@ -1,13 +1,13 @@
 """Tables of classes of frames, and the mean of all of them: a null model, which every system has to beat."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
 from dnnvss.phones import PHONES
-from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
+from dnnvss.systems.base import Example, Prediction, VisualModel
 
 
 class TableModel(VisualModel):
@@ -20,16 +20,33 @@ class TableModel(VisualModel):
         raise NotImplementedError
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
-        """Average the training frames of each class; a class never seen takes the average of all frames."""
-        frames = pooled(train).astype(np.float64)
-        labels = np.concatenate([self.classes(e)[e.valid] for e in train])
-        self.mean_ = np.repeat(frames.mean(0)[None], len(PHONES), 0)
-        least = np.maximum(1e-4 * frames.var(0), 1e-12)  # a curve of a rig may stand still throughout
-        self.variance_ = np.repeat(np.maximum(frames.var(0), least)[None], len(PHONES), 0)
-        for k in np.unique(labels):
-            self.mean_[k] = frames[labels == k].mean(0)
-            if (labels == k).sum() > 1:
-                self.variance_[k] = np.maximum(frames[labels == k].var(0), least)
+        """Average the training frames of each class; a class never seen takes the average of all frames.
+
+        Utterance by utterance, twice: a large corpus is never copied.
+        """
+        shape = train[0].measured[0].shape[1:]
+        counts, totals = np.zeros(len(PHONES)), np.zeros((len(PHONES), int(np.prod(shape))))
+        for members, frames in self._members(train):
+            counts += members.sum(axis=1)
+            totals += members @ frames
+        middle = totals.sum(axis=0) / counts.sum()
+        means = np.where(counts[:, None] > 0, totals / np.maximum(counts, 1)[:, None], middle)
+        inside, around = np.zeros_like(means), np.zeros_like(middle)
+        for members, frames in self._members(train):
+            inside += members @ (frames - members.T @ means) ** 2
+            around += ((frames - middle) ** 2).sum(axis=0)
+        variance = around / counts.sum()
+        least = np.maximum(1e-4 * variance, 1e-12)  # a curve of a rig may stand still throughout
+        own = np.where(counts[:, None] > 1, inside / np.maximum(counts, 1)[:, None], variance)
+        self.mean_, self.variance_ = (x.reshape(-1, *shape) for x in (means, np.maximum(own, least)))
+
+    def _members(self, train: Sequence[Example]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Of each utterance's valid frames which is of which class, ones and zeros (classes, n), and what they are
+        (n, W * D)."""
+        for example in train:
+            targets, valid = example.measured
+            frames = targets[valid].reshape(int(valid.sum()), -1).astype(np.float64)
+            yield (self.classes(example)[valid] == np.arange(len(PHONES))[:, None]).astype(np.float64), frames
 
     def predict(self, example: Example) -> Prediction:
         """Return the mean and variance of each frame's class."""

@@ -24,3 +24,19 @@ def test_an_alignment_that_begins_later_gives_the_same_frames(
     late = replace(example, alignment=moved, codes=encode(moved, "word", TABLE, CLOCK))
     np.testing.assert_array_equal(model.predict(late).mean, model.predict(example).mean)
     assert len(model.predict(late).mean) == len(example.codes)
+
+
+@pytest.mark.parametrize("kind", [TrainingMean, PhoneMean])
+def test_means_and_variances_are_those_of_all_frames_together(
+        kind: type[TrainingMean | PhoneMean], examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    train = [replace(e, valid=np.arange(len(e.codes)) % 7 != k % 7) for k, e in enumerate(examples["train"])]
+    model = kind(TABLE, CLOCK)
+    model.fit(train, examples["val"], tmp_path)
+    frames = np.concatenate([e.measured[0][e.measured[1]] for e in train]).astype(float)
+    labels = np.concatenate([model.classes(e)[e.measured[1]] for e in train])
+    least = np.maximum(1e-4 * frames.var(0), 1e-12)
+    for k in range(len(model.mean_)):
+        own = frames[labels == k]
+        np.testing.assert_allclose(model.mean_[k], own.mean(0) if len(own) else frames.mean(0), rtol=1e-9, atol=1e-12)
+        around = own.var(0) if len(own) > 1 else frames.var(0)
+        np.testing.assert_allclose(model.variance_[k], np.maximum(around, least), rtol=1e-9)
