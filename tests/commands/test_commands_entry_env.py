@@ -2,6 +2,7 @@
 
 import io
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -35,6 +36,14 @@ def test_threads_that_wait_soon_sleep_unless_they_are_told_not_to(monkeypatch: p
     for name, value in said.items():
         monkeypatch.setenv(name, value)
     assert main(["--version"]) == 0 and os.environ.get("GOMP_SPINCOUNT") == count
+
+
+@pytest.mark.parametrize("said, count", [({}, "20"), ({"OPENBLAS_THREAD_TIMEOUT": "26"}, "26")])
+def test_threads_of_numpy_are_told_so_before_it_is_loaded(said: dict[str, str], count: str) -> None:
+    program = "import os, sys, dnnvss.commands; print('numpy' in sys.modules, os.environ['OPENBLAS_THREAD_TIMEOUT'])"
+    own = {name: value for name, value in os.environ.items() if name != "OPENBLAS_THREAD_TIMEOUT"}
+    done = subprocess.run([sys.executable, "-c", program], env=own | said, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", count]
 
 
 @pytest.mark.parametrize("title", ["A $100 fee plus 5% of $2000.", "a_b^c $\\frac{x$ {}", "100% #1 \\ $", "$",
