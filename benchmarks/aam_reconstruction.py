@@ -62,12 +62,12 @@ def speeds(corpus: Corpus, encoded: EncodedCorpus) -> dict[str, float]:
     model = encoded.face
     clips = corpus_clips(corpus, [corpus.utterances[i] for i in encoded.splits["test"][:4]])
     points, valid = clips[0].read_points(model.layout.needed)
-    images = clips[0].read_images(len(points))
+    first = next(iter(clips[0].images()))
     own = points[valid][:, model.layout.rows]
     parameters = np.concatenate([encoded.clip(c.id).parameters for c in clips])
     renderer = Renderer(model, choose_neutral(corpus, encoded))
     return {
-        "warp a picture to the texture": rate(lambda: len([model.warp.sample(images[0], p) for p in own])),
+        "warp a picture to the texture": rate(lambda: len([model.warp.sample(first, p) for p in own])),
         "read, warp and encode a clip": rate(lambda: sum(len(measure_clip(model, c).shapes) for c in clips)),
         "decode": rate(lambda: len(model.decode(parameters)[0])),
         f"render at {renderer.size[0]} x {renderer.size[1]}": rate(lambda: len(list(renderer.frames(parameters)))),
@@ -101,8 +101,8 @@ def main() -> None:
                   flush=True)
             if variant is config:
                 first, took = encoded, seconds
-        print(f"\nfit and encoding of the first row: {took:.0f} s; {first.model.size} parameters, "
-              f"{len(first.model.mean_texture)} texture pixels, {len(first.report['outliers'])} clips with outliers, "
+        print(f"\nfit and encoding of the first row: {took:.0f} s; {first.face.size} parameters, "
+              f"{len(first.face.mean_texture)} texture pixels, {len(first.report['outliers'])} clips with outliers, "
               f"{len(first.report['off_colour'])} off-colour")
         print("\n| step | frames a second, one core |\n|---|---|")
         for name, value in speeds(corpus, first).items():

@@ -60,7 +60,7 @@ def changed(images: np.ndarray, points: np.ndarray, kind: str, seed: int) -> np.
 
 def change(clip: Clip, kind: str, seed: int) -> Clip:
     """A clip whose pictures are changed when they are read."""
-    return replace(clip, images=lambda: changed(clip.images(), clip.landmarks()[0], kind, seed))
+    return replace(clip, images=lambda: changed(np.stack(list(clip.images())), clip.landmarks()[0], kind, seed))
 
 
 def through_the_face(model: ActiveAppearanceModel, clip: Clip) -> tuple[int, int, float]:

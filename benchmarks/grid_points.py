@@ -15,10 +15,10 @@ from pathlib import Path
 from tqdm import tqdm
 
 from data_prep.grid import SOUND_DELAY, words_of
-from data_prep.media import laid, sound_start
+from data_prep.media import laid
 from dnnvss import files
 from dnnvss.archives import read_arrays
-from dnnvss.media import SPEECH_RATE, read_audio, video_info, write_wav
+from dnnvss.media import SPEECH_RATE, timed_audio, video_info, write_wav
 
 RATE = 25
 """Frames a second of GRID."""
@@ -49,8 +49,8 @@ def write_clip(raw: Path, video: Path, out: Path) -> None:
     with files.replacing(out / landmarks.name) as temporary:
         shutil.copyfile(landmarks, temporary)
     files.write_text(out / f"{name}.txt", " ".join(words_of(name) or ()) + "\n")
-    late = SOUND_DELAY[video.suffix] - sound_start(video)
-    sound = laid(read_audio(video, SPEECH_RATE), late, round(count / RATE * SPEECH_RATE))
+    samples, starts = timed_audio(video, SPEECH_RATE)
+    sound = laid(samples, SOUND_DELAY[video.suffix] - starts, round(count / RATE * SPEECH_RATE))
     write_wav(out / f"{name}.wav", sound, SPEECH_RATE)
 
 

@@ -240,6 +240,8 @@ def main() -> None:
     parser.add_argument("--hours", type=float, nargs="+", default=[1 / 6, 0.5, 1, 3, 10])
     parser.add_argument("--clips", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
+    if len(set(options.hours)) < 2:
+        parser.error("--hours needs two lengths at least")
     if options.clips:
         print(json.dumps(measured(options.work, options.clips)))
         return

@@ -132,7 +132,7 @@ def _against(report: Report, system: str) -> str:
         return (f"{said}, {system} correlates with the talker by {_value(own)}, the mean of each phone by "
                 f"{_value(other)}, a face that stands still by 0; {count} are too few to say whether that is chance.")
     gain = difference(null, model)
-    sure = "which may be chance" if gain.p >= _SURE else "and is not chance"
+    sure = "and is not chance" if gain.p < _SURE else "which may be chance"
     return (f"{said}, {system} correlates with the talker by {_ranged(own)}, the mean of each phone by "
             f"{_ranged(other)}, a face that stands still by 0; the gain over the means is {_ranged(gain)} {sure}.")
 

@@ -31,6 +31,9 @@ def mono(path: Path, tracks: int, rate: int) -> tuple[np.ndarray, float]:
     Gaps in it are filled with silence, so that what follows stays in its place. Channels are mixed; those that hold
     nothing do not count, and where they cancel each other (a lead with swapped wires), the loudest stands alone. A
     constant offset, as cheap sound cards add, is taken out.
+
+    Raises:
+        DnnvssError: a rate that no sound has, or samples that are no finite numbers.
     """
     first = np.zeros(0, np.float32), 0.0
     for track in range(tracks):

@@ -1,5 +1,6 @@
 """Pictures that are read between their pixels, again and again, while few of the pixels change."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,14 +11,15 @@ _FINER = 3
 """Times as many pixels along each axis; odd, so that every pixel of the picture is one of the finer one."""
 _REACH = 2
 """Pixels on each side that a bicubic reading looks at."""
-_MOST = 32_000
-"""Pixels of a side that OpenCV can address."""
+_SIDE, _MOST = 32_000, 4_000_000
+"""Pixels of a side that OpenCV can address; of a picture up to which a finer one, of 27 bytes a pixel, saves time."""
 
 
 def finer_times(size: Sequence[int]) -> int:
-    """How many times as many pixels a finer picture has along each axis, for a picture of some width and height."""
-    times = max(1, min(_FINER, _MOST // max(size)))
-    return times - 1 + times % 2
+    """How many times as many pixels a finer picture has along each axis, for a picture of some width and height: 1
+    where it is so large that it is read as it is."""
+    small = _FINER * max(size) <= _SIDE and math.prod(size) <= _MOST
+    return _FINER if small else 1
 
 
 def finer_places(places: np.ndarray, times: int) -> np.ndarray:
@@ -27,7 +29,8 @@ def finer_places(places: np.ndarray, times: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class FinerPicture:
-    """A picture enlarged bicubically, which is read by straight lines between its pixels.
+    """A picture enlarged bicubically, which is read by straight lines between its pixels; bicubically where it is not
+    enlarged.
 
     That takes a quarter of the time of reading the picture bicubically. A pixel read where it was is itself. Made by
     :meth:`of`.
@@ -63,6 +66,8 @@ class FinerPicture:
 
     def read(self, across: np.ndarray, down: np.ndarray) -> np.ndarray:
         """The colours (h, w, 3) at places x and y (h, w) float32, as :func:`finer_places` counts them."""
+        if self.times == 1:
+            return cv2.remap(self.pixels, across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
         fixed = cv2.convertMaps(across, down, cv2.CV_16SC2)
         return cv2.remap(self.pixels, *fixed, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 

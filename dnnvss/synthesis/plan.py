@@ -166,8 +166,8 @@ def heard(run: Run, sentence: "Sentence", recording: Recording) -> Plan:
     except DnnvssError as error:
         if isinstance(error, ShortageError) or error.file is not None:
             raise
-        other = "or leave the text out: a run whose labels read the sound alone follows the voice"
-        remedy = f"{(error.remedy or '').rstrip('.')}, {other}"
+        other = "leave the text out: a run whose labels read the sound alone follows the voice"
+        remedy = f"{error.remedy.rstrip('.')}, or {other}" if error.remedy else other.capitalize()
         raise DnnvssError(error.problem, file=recording.file, remedy=remedy) from error
     return Plan(sentence.text, found.alignment, recording, RECORDED, tuple(sentence.report()), tuple(found.scores))
 

@@ -155,7 +155,7 @@ class _Builder:
 
     def telling(self, rows: np.ndarray, questions: list[int]) -> list[int]:
         """The questions that some of the rows answer with yes and others with no."""
-        share = self.answers[rows][:, questions].mean(0) if len(rows) and questions else np.zeros(len(questions))
+        share = self.answers[rows[:, None], questions].mean(0) if len(rows) and questions else np.zeros(len(questions))
         return [q for q, own in zip(questions, share.tolist(), strict=True) if 0 < own < 1]
 
     def gaussian(self, rows: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

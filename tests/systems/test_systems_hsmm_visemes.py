@@ -16,7 +16,7 @@ from dnnvss.systems.registry import driven_by, make_system
 from dnnvss.systems.trees import Growth
 from dnnvss.timing import Alignment, Tier
 from dnnvss.training.arrays import save_arrays
-from dnnvss.training.checkpoints import load_checkpoint
+from dnnvss.training.learnt import read_learnt
 
 UNITS = 4
 UNIT_TABLE = FeatureTable(("centre_viseme",), Settings(units=UNITS))
@@ -81,7 +81,7 @@ def test_answers_of_units_by_hand() -> None:
 def test_what_was_learnt_is_kept_and_other_units_are_refused(fitted: VisemeHiddenSemiMarkov, tmp_path: Path) -> None:
     save_arrays(tmp_path / "state.npz", fitted.state())
     other = VisemeHiddenSemiMarkov(UNIT_TABLE, CLOCK, GROWTH)
-    other.load_state(load_checkpoint(tmp_path / "state.npz"))
+    other.load_state(read_learnt(tmp_path / "state.npz"))
     example, _ = drawn("t", np.random.default_rng(6))
     np.testing.assert_array_equal(other.predict(example).mean, fitted.predict(example).mean)
     more = VisemeHiddenSemiMarkov(FeatureTable(("centre_viseme",), Settings(units=UNITS + 1)), CLOCK, GROWTH)

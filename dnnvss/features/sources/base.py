@@ -2,12 +2,20 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from dnnvss.features.block import Block, Settings
 from dnnvss.features.fields import Field
 from dnnvss.features.recording import Recording
 from dnnvss.timing import FrameClock
+
+
+class Codes(Protocol):
+    """What holds the arrays of frame codes."""
+
+    @property
+    def arrays(self) -> Mapping[str, Any]:
+        """By name."""
 
 
 def _fits(settings: Settings, arrays: Mapping[str, Any]) -> None:

@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from dnnvss.features.block import Block, Settings
 from dnnvss.features.fields import Field
 from dnnvss.features.recording import Recording
-from dnnvss.features.sources.base import FeatureSource
+from dnnvss.features.sources.base import Codes, FeatureSource
 from dnnvss.features.sources.phone_classes import class_blocks, class_context_blocks
 from dnnvss.features.sources.segments import (
     Units,
@@ -47,12 +47,7 @@ class PhoneSegments:
     counts: np.ndarray
 
 
-class _Codes(Protocol):
-    @property
-    def arrays(self) -> Mapping[str, Any]: ...
-
-
-def phones_of(codes: _Codes) -> PhoneSegments:
+def phones_of(codes: Codes) -> PhoneSegments:
     """The phones of frame codes that hold NumPy arrays."""
     arrays = codes.arrays
     code, start, frames = (np.asarray(arrays[name], np.int64) for name in ("phone_code", "phone_start", "phone_frames"))

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.features.block import Block, Settings, binary, numeric, table_1
 from dnnvss.features.fields import Field
 from dnnvss.features.recording import Recording
-from dnnvss.features.sources.base import FeatureSource
+from dnnvss.features.sources.base import Codes, FeatureSource
 from dnnvss.features.sources.segments import (
     THIRDS,
     Units,
@@ -51,12 +51,7 @@ class VisemeSegments:
     phones: np.ndarray
 
 
-class _Codes(Protocol):
-    @property
-    def arrays(self) -> Mapping[str, Any]: ...
-
-
-def visemes_of(codes: _Codes) -> VisemeSegments:
+def visemes_of(codes: Codes) -> VisemeSegments:
     """The dynamic visemes of frame codes that hold NumPy arrays of them."""
     names = ("viseme_code", "viseme_frames", "viseme_phones")
     return VisemeSegments(*(np.asarray(codes.arrays[name], np.int64) for name in names))
