@@ -34,7 +34,7 @@ from dnnvss.formats.tables import markdown_table
 from dnnvss.media import Sound
 from dnnvss.runs.fitting import encode
 from dnnvss.runs.run import Run
-from dnnvss.speech.align import align
+from dnnvss.speech.align import LASTING, align
 from dnnvss.systems.examples import speech_frames
 from dnnvss.text.sentence import parse
 from dnnvss.timing import Alignment
@@ -73,7 +73,9 @@ def altered_scores(run: Run, corpus: Corpus, encoded: EncodedCorpus, split: str,
     """The mean correlation under each condition.
 
     Args:
-        run, corpus, encoded, split, some: see :func:`main`.
+        run: that speaks.
+        corpus, encoded: that it was trained on.
+        split, some: whose sentences, and how many of them; all where 0.
         aligned: whether phones have the times that they have in the altered sound.
     """
     hears = aligned or "sound" in run.task.table.needs
@@ -115,7 +117,7 @@ def _one(run: Run, corpus: Corpus, encoded: EncodedCorpus, utterance: Utterance,
 def times_in(sound: Sound, utterance: Utterance, run: Run) -> Alignment:
     """The times that the words of an utterance have in a sound."""
     words = [(w.spoken, w.choices(run.voice.variant)) for w in parse(utterance.text, variant=run.voice.variant).words]
-    return align(np.asarray(sound.samples, np.float32), words).alignment
+    return align(np.asarray(sound.samples, np.float32), words, lasting=LASTING).alignment
 
 
 def other_scores(run: Run, corpus: Corpus) -> list[float]:

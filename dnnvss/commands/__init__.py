@@ -2,7 +2,7 @@
 
 import os
 
-os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "20")
 # NumPy's threads that wait for work go to sleep after 2^20 cycles, a third of a millisecond, unless the environment
-# says otherwise: by default they spin for so long that a video, which needs small products for every picture, kept a
-# core busy with waiting while it was encoded. It is read when NumPy is loaded, and so comes before.
+# says otherwise: by default they spin for so long that a video, which needs small products for every picture, keeps a
+# core busy with waiting while it is encoded. It is read when NumPy is loaded, and so comes before.
+os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "20")

@@ -117,7 +117,8 @@ def _refuse_unreadable(parsed: Arguments) -> None:
 
 @contextmanager
 def _mode_told(parsed: Arguments) -> Iterator[None]:
-    """Spare hydra composing all settings once more to see whether they ask for a sweep, where nothing can."""
+    """Spare hydra composing all settings once more to see whether they ask for a sweep, where no argument can: no file
+    of ``conf/`` does."""
     if parsed.flags or any(o.key.startswith("hydra") for o in parsed.overrides):
         yield
         return

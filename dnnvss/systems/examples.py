@@ -137,7 +137,7 @@ def with_altered(task: Task, corpus: Corpus, examples: Iterable[Example], copies
         task, corpus, examples, copies: see :func:`split_examples`.
         others: whose voices are heard under theirs, the first 40 of them.
     """
-    voices = [corpus.sound(u).samples for u in others[:_VOICES]]
+    voices = [corpus.sound(u).samples for u in [u for u in others if u.audio][:_VOICES]]
     for example in examples:
         utterance, own = corpus.utterances[example.id], corpus.sound(corpus.utterances[example.id])
         rng = np.random.default_rng(list(example.id.encode()))

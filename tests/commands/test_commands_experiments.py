@@ -91,6 +91,13 @@ def test_a_preset_is_a_system_with_labels_that_it_reads(name: str) -> None:
                                                    "nothing" if name == "training_mean" else "text")
 
 
+def test_systems_for_new_words_see_what_their_own_labels_tell() -> None:
+    settings = chosen("preset=new_words")
+    seen = {name: tuple(blocks) for name, blocks in settings.model["blocks"].items()}
+    assert seen == {name: chosen(f"labels={labels}").task.table.names
+                    for name, labels in (("network", "ph"), ("classes", "ph_class"))}
+
+
 @pytest.mark.parametrize("wrong, message", [("trainer.share=2", "trainer.share=2 is too much"),
                                             ("model.members=0", "model.members=0 is too little")])
 def test_a_setting_that_the_model_refuses_is_named_as_it_stands(wrong: str, message: str) -> None:

@@ -150,6 +150,12 @@ def test_a_wrong_value_ends_the_command_in_one_line(typed: str, said: str, capsy
     assert error.startswith(f"error: {said}") and error.count("\n") == 1
 
 
+def test_no_file_of_settings_asks_for_a_sweep_by_itself() -> None:
+    """Hydra is told so before it composes anything."""
+    asked = {path.name: OmegaConf.select(OmegaConf.load(path), "hydra.mode") for path in CONF.rglob("*.yaml")}
+    assert len(asked) > 100 and not any(asked.values())
+
+
 @pytest.mark.parametrize(("more", "times"), [((), 1), (("hydra.mode=RUN",), 2)])
 def test_hydra_composes_once_where_nothing_can_ask_for_a_sweep(
         more: tuple[str, ...], times: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
