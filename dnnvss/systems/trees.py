@@ -154,9 +154,11 @@ class _Builder:
         return Tree(question_, yes_, no_, leaf, count, mean, variance)
 
     def telling(self, rows: np.ndarray, questions: list[int]) -> list[int]:
-        """The questions that some of the rows answer with yes and others with no."""
-        share = self.answers[rows[:, None], questions].mean(0) if len(rows) and questions else np.zeros(len(questions))
-        return [q for q, own in zip(questions, share.tolist(), strict=True) if 0 < own < 1]
+        """The questions from the first on that some of the rows answer with yes and others with no."""
+        for k, question in enumerate(questions):
+            if 0 < self.answers[rows, question].sum() < len(rows):
+                return questions[k:]
+        return []
 
     def gaussian(self, rows: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         s = self.sums
