@@ -30,7 +30,7 @@ _FORGOTTEN = 1 << 20
 _BT601 = "colorprim=smpte170m:transfer=smpte170m:colormatrix=smpte170m"
 """The colour space that the conversion from RGB uses, written into the file so that players do not have to guess."""
 _B_FRAMES = "b-adapt=0"
-"""Groups of frames of one length: to look for better ones took a tenth of the time, and files were no smaller."""
+"""Groups of frames of one length: to look for better ones takes a tenth of the time, and makes no smaller files."""
 _COLOURS = np.array([[-37.797, -74.203, 112.0, 128 * 255], [112.0, -93.786, -18.214, 128 * 255]], np.float32) / 255
 """Blue and red difference of ITU-R BT.601 in studio range, from R, G, B and 1."""
 
