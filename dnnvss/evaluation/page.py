@@ -27,6 +27,8 @@ _SHOWN_RATE = 25
 HEAD = ("correlation", "rmse", "gv_ratio", "closure_recall", "landmarks", "lag")
 """Metrics of the first table; all others are folded."""
 _WIDTH, _HEIGHT, _LEFT = 1000, 170, 40
+_NAMED = 4
+"""Systems that the title of a page names; more are counted."""
 
 
 def write_page(
@@ -46,7 +48,8 @@ def write_page(
     chosen = _chosen(result, bench)
     shown = list(chosen)[len(chosen) // 2]
     moving = [_moving(s, bench, systems) for s in chosen.values()]
-    title = f"Evaluation: {', '.join(result.systems)}"
+    names = list(result.systems)
+    title = f"Evaluation: {', '.join(names)}" if len(names) <= _NAMED else f"Evaluation: {len(names)} systems"
     body = Template(_own("page.html")).substitute(
         title=html.escape(title),
         lead=html.escape(" ".join([f"{len(result.sentences)} test sentences; averages over the first {result.first} "

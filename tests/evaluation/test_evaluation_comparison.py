@@ -186,6 +186,14 @@ def test_reports(tmp_path):
     assert page.count("<canvas") == 9 and page.count('class="cursor"') == 6
 
 
+@pytest.mark.parametrize("count, title", [(4, "Evaluation: s0, s1, s2, s3"), (5, "Evaluation: 5 systems")])
+def test_the_title_names_a_few_systems_and_counts_many(tmp_path, count, title):
+    b = bench(3)
+    systems = {f"s{k}": system(b, 0.5) for k in range(count)}
+    page = write_page(tmp_path / "e.html", compare(b, systems), b, systems).read_text("utf-8")
+    assert f"<title>{title}</title>" in page
+
+
 def test_systems_of_different_inputs_are_told_apart(tmp_path):
     b = bench(8)
     systems = {"one": system(b, 0.5), "two": system(b, 1.0), "three": system(b, 1.5)}
