@@ -17,7 +17,8 @@ from dnnvss.commands.train import train
 from dnnvss.media import video_info
 from dnnvss.runs.run import Run
 
-FAST = ["model=feedforward", "folds=0", "debug=default", "aam.modes=8", "jobs=1", "trainer.accelerator=cpu"]
+FAST = ["model=feedforward", "labels=ph", "folds=0", "debug=default", "aam.modes=8", "jobs=1",
+        "trainer.accelerator=cpu"]
 SIZES = ([8], [16], [8, 8], [16, 16])
 
 
