@@ -89,7 +89,7 @@ def _under_hydra(parsed: Arguments, job: Callable[[DictConfig], Any]) -> None:
     version.setbase("1.3")
     parser = get_args_parser()
     try:
-        with _errors_handed_on(), _mode_told(parsed):
+        with _errors_handed_on():
             _run_hydra(args=parser.parse_args(parsed.for_hydra()), args_parser=parser, task_function=job,
                        config_path=str(conf_folder()), config_name=parsed.command.config)
     except (HydraException, OmegaConfBaseException) as error:
@@ -113,23 +113,6 @@ def _refuse_unreadable(parsed: Arguments) -> None:
         if read.is_sweep_override() and not parsed.swept:
             raise UsageError(f"{override.key}={override.value} gives several values",
                              remedy="Add -m for a run of each, or write a list as [A,B]")
-
-
-@contextmanager
-def _mode_told(parsed: Arguments) -> Iterator[None]:
-    """Spare hydra composing all settings once more to see whether they ask for a sweep, where no argument can: no file
-    of ``conf/`` does."""
-    if parsed.flags or any(o.key.startswith("hydra") for o in parsed.overrides):
-        yield
-        return
-    from hydra._internal.hydra import Hydra
-
-    kept = Hydra.get_mode
-    Hydra.get_mode = lambda *_, **__: None  # type: ignore[method-assign]  # it then runs a single job
-    try:
-        yield
-    finally:
-        Hydra.get_mode = kept  # type: ignore[method-assign]
 
 
 @contextmanager

@@ -148,22 +148,3 @@ def test_a_wrong_value_ends_the_command_in_one_line(typed: str, said: str, capsy
     assert run_command(*typed.split()) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"error: {said}") and error.count("\n") == 1
-
-
-def test_no_file_of_settings_asks_for_a_sweep_by_itself() -> None:
-    """Hydra is told so before it composes anything."""
-    asked = {path.name: OmegaConf.select(OmegaConf.load(path), "hydra.mode") for path in CONF.rglob("*.yaml")}
-    assert len(asked) > 100 and not any(asked.values())
-
-
-@pytest.mark.parametrize(("more", "times"), [((), 1), (("hydra.mode=RUN",), 2)])
-def test_hydra_composes_once_where_nothing_can_ask_for_a_sweep(
-        more: tuple[str, ...], times: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    from hydra._internal.hydra import Hydra
-
-    composed: list[object] = []
-    inner, mode = Hydra.compose_config, Hydra.get_mode
-    monkeypatch.setattr(Hydra, "compose_config", lambda *a, **k: (composed.append(a), inner(*a, **k))[1])
-    assert run_command("train", "trainer.epochs=z", *more) == 2
-    assert "trainer.epochs=z" in capsys.readouterr().err
-    assert len(composed) == times and Hydra.get_mode is mode
