@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).parents[1]
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 CODE = [*(path for room in ("dnnvss", "data_prep") for path in (ROOT / room).rglob("*.py")),
         ROOT / "train.py", ROOT / "synth.py"]
 SETTINGS = [*(ROOT / "conf").rglob("*.yaml")]
@@ -62,12 +62,30 @@ def test_what_is_not_there_is_found():
         "dnnvss.timing.sundial", "dnnvss/timing/sundial.py", "timing/sundial.py"]
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_pages_name_what_exists(path):
     missing = unknown(path.read_text(encoding="utf-8"))
     if path.name == "CHANGELOG.md":
         missing = [name for name in missing if not name.startswith(OLD)]
     assert missing == []
+
+
+def headings(path: Path) -> set[str]:
+    """The anchors of a page: its headings as the site and GitHub spell them."""
+    text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    plain = (re.sub(r"[^\w\s-]", "", title).strip().lower() for title in re.findall(r"^#+ (.*)", text, re.MULTILINE))
+    return {re.sub(r"[-\s]+", "-", title) for title in plain}
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_to_a_page_and_a_heading(path):
+    lost = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", path.read_text(encoding="utf-8")):
+        place, _, anchor = link.partition("#")
+        target = (path.parent / place).resolve() if place else path
+        if "://" not in link and not (target.exists() and (not anchor or anchor in headings(target))):
+            lost.append(link)
+    assert lost == []
 
 
 def test_docstrings_and_settings_name_what_exists():

@@ -1,7 +1,7 @@
 """Whether words can be what was said in a recording, judged by how well they fit it.
 
 All limits lie between what was measured on sound that belongs to its text (900 clips of GRID, 100 sentences of four
-synthetic voices, see docs/results.md) and on sound that does not.
+synthetic voices, see docs/results/timing.md) and on sound that does not.
 """
 
 from collections.abc import Sequence

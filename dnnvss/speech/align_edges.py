@@ -32,7 +32,7 @@ def sharpened(alignment: Alignment, audio: np.ndarray) -> Alignment:
     where two Gaussians, one for the sound before and one for the sound behind it, explain what is near it best (the
     generalised likelihood ratio), less a penalty for the distance. Nothing is learnt: the sound itself decides.
 
-    The constants were chosen on sentences other than those of docs/results.md; the error is flat about them.
+    The constants were chosen on sentences other than those of docs/results/timing.md; the error is flat about them.
 
     Args:
         alignment: what an aligner heard.
