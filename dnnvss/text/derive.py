@@ -4,6 +4,8 @@ import re
 import unicodedata
 from collections.abc import Callable, Iterator
 
+from dnnvss.phones.inventory import VOWELS
+
 Phones = tuple[str, ...]
 Lookup = Callable[[str], list[Phones]]
 
@@ -29,6 +31,9 @@ _RESPELT = (
     (r"tyre", "tire"),
     (r"mould", "mold"),
 )
+
+_CLITIC = re.compile(r"(?:'ve|'ll|'d|'re|'m|n't)$")
+_DRAWN = re.compile(r"(.)\1{2,}")
 
 _LONG = 12  # letters from which two words in a row are hardly chance
 
@@ -62,7 +67,7 @@ def derived(key: str, lookup: Lookup, plausible: Callable[[str, Phones], bool]) 
         plausible: whether a word may have these phones; asked of compounds, many of which are chance (*Hartman* is no
             *hart* and *man*).
     """
-    for rule in (_possessive, _inflected, _respelt, _affixed, _compound):
+    for rule in (_possessive, _contracted, _drawn_out, _inflected, _respelt, _affixed, _compound):
         for phones, base in rule(key, lookup):
             if rule is not _compound or len(key) >= _LONG or plausible(key, phones):
                 return [(phones, f"lexicon ({base})")]
@@ -75,8 +80,32 @@ def _possessive(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
         known = lookup(base) or [p for p, _ in _inflected(base, lookup)]
         for phones in known:
             yield (phones if key.endswith("s'") else (*phones, *_s(phones))), f"{base} + {key[len(base):]}"
-    elif "'" in key and (known := lookup(key.replace("'", ""))):
+    elif "'" in key and not _CLITIC.search(key) and (known := lookup(key.replace("'", ""))):
         yield known[0], key.replace("'", "")
+
+
+def _contracted(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    """A word with what is left of *have*, *will*, *would*, *are*, *am* or *not* behind it, several times if need be."""
+    match = _CLITIC.search(key)
+    if match is None or not match.start():
+        return
+    base, ending = key[: match.start()], match[0]
+    for phones in lookup(base)[:1] or [p for p, _ in _contracted(base, lookup)][:1]:
+        after_vowel, voiced = phones[-1] in VOWELS, phones[-1] in VOWELS or phones[-1] in ("L", "M", "N", "R")
+        sound = {"'ve": ("V",) if after_vowel else ("AH", "V"), "'ll": ("L",) if after_vowel else ("AH", "L"),
+                 "'d": ("D",) if voiced else ("AH", "D"), "'re": ("ER",), "'m": ("M",),
+                 "n't": ("AH", "N", "T")}[ending]
+        yield phones + sound, f"{base} + {ending}"
+
+
+def _drawn_out(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:
+    """A word with a letter three times or more (*sooo*, *whaaat*): meant once at its end, elsewhere twice or once."""
+    if not _DRAWN.search(key):
+        return
+    ends, twice = re.sub(r"(.)\1{2,}$", r"\1", key), _DRAWN.sub(r"\1\1", key)
+    for base in (_DRAWN.sub(r"\1\1", ends), _DRAWN.sub(r"\1", ends), twice) if set(key) & set("aeiouy") else (twice,):
+        for phones in lookup(base)[:1]:
+            yield phones, base
 
 
 def _respelt(key: str, lookup: Lookup) -> Iterator[tuple[Phones, str]]:

@@ -4,6 +4,7 @@ The dictionary is the one inside the pocketsphinx wheel (BSD licence, 134,000 en
 from :func:`dnnvss.text.network.stress`.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from importlib.util import find_spec
@@ -34,6 +35,13 @@ LETTERS: dict[str, Phones] = {
 
 _MARGIN = 0.2
 """Log-probability a symbol that a compound may lose to the network's own spelling (best on 900 lexicon words)."""
+
+
+_NOISES: dict[str, Phones] = {
+    word: tuple(phones.split()) for word, phones in {
+        "psst": "P S T", "pst": "P S T", "tsk": "T S K", "brr": "B ER", "grr": "G ER", "pfft": "F T", "hm": "HH M",
+        "nth": "EH N TH", "sh": "SH", "zz": "Z"}.items()}
+"""What is written without a vowel and said, not spelt."""
 
 
 class Entry(NamedTuple):
@@ -186,10 +194,13 @@ def _known(key: str) -> bool:
 
 def _guessed(key: str, variant: str) -> Entry:
     letters = "".join(c for c in key if "a" <= c <= "z")
+    if noise := _NOISES.get(re.sub(r"(.)\1{2,}", r"\1\1", letters)):
+        return Entry(noise, "lexicon (noise)")
     if not set(letters) & set("aeiouy"):
         return Entry(tuple(p for c in letters for p in letter_name(c, variant)), "letters", "no vowel: spelt out")
     phones, score = network.spell(letters)
     bare = tuple(strip_stress(p) for p in phones)
+    bare = bare[:-1] if bare[-1:] == ("HH",) else bare  # no word of English ends in it
     if not bare:
         return Entry(tuple(p for c in letters for p in letter_name(c, variant)), "letters", "not readable: spelt out")
     return Entry(bare, "network", f"not in the lexicon (log-probability {score:.2f} a phone)")

@@ -84,3 +84,12 @@ def test_network_spells_and_stresses() -> None:
     assert stress("cat", ("K", "AE", "T")) == ("K", "AE1", "T")
     assert stress("pst", ("P", "S", "T")) == ("P", "S", "T")
     assert sum(p.endswith("1") for p in stress("university", pronunciations("university")[0])) == 1
+
+
+@pytest.mark.parametrize(("word", "phones"), [
+    ("i'd've", "AY D AH V"), ("they'd've", "DH EY D AH V"), ("shouldn't've", "SH UH D AH N T AH V"),
+    ("bob'll", "B AA B AH L"), ("sooo", "S OW"), ("whaaat", "W AH T"),
+    ("cooool", "K UW L"), ("mmmm", "M"), ("psst", "P S T"), ("brrrr", "B ER"),
+])
+def test_contractions_and_what_is_drawn_out(word: str, phones: str) -> None:
+    assert " ".join(pronunciations(word)[0]) == phones
