@@ -10,26 +10,33 @@ from dnnvss.text import derive, numbers, quantities, wording
 from dnnvss.text.dates import in_order
 from dnnvss.text.lexicon import check_phones, name_of
 from dnnvss.text.markup import PLAIN, Piece, pieces_of
-from dnnvss.text.tokens import Token, table
+from dnnvss.text.signs import plain_signs, visible
+from dnnvss.text.tokens import Token, table, word_set
 from dnnvss.text.variants import VARIANTS
 from dnnvss.text.wording import Place
 
 _SPACE = re.compile(r"(?:\s|\u200b)+")
-_UNSEEN = re.compile(r"[\u00ad\u200c-\u200f\u202a-\u202e\u2060\u2066-\u2069\ufeff\ufe0f]")
-"""Soft hyphens, joiners and marks of direction: they show nothing and part no words."""
 _PHONES = re.compile(r"\{([^{}]*)\}")
 _PAUSE = re.compile(r"\[pause(?:\s+(?P<n>\d+(?:\.\d+)?)\s*(?P<unit>ms|s))?\]", re.IGNORECASE)
 _EMPHASIS = re.compile(r"(?<![\w*])(\*{1,3})(?=[^\s*])([^*\n]*[^\s*])\1(?!\w)"
                        r"|(?<!\w)(_{1,2})(?=[^\s_])([^_\n]*[^\s_])\3(?!\w)")
 _ELIDED = re.compile(r"['\u2019](?:\d\ds|em|til|cause|tis|twas|bout|round|n['\u2019]?)(?!\w)", re.IGNORECASE)
-_QUANTITY = re.compile(r"['\u2019+\-\u2212(.$£€¥₹]*\d|[-\u2212]?[$£€¥₹]|[A-Za-z]{3,9}\.?\s(?:the\s)?\d|the\s\d",
-                       re.IGNORECASE)
+_QUANTITY = re.compile(r"['\u2019+\-\u2212\u2013(.$£¥\u20a0-\u20bf\u0e3f]*\d|[-\u2212\u2013]?[$£¥\u20a0-\u20bf\u0e3f]"
+                       r"|\^|[A-Z]{1,2}\$\s?\d|Rs\.?\s?\d|[A-Za-z]{3,9}\.?\s(?:the\s)?\d|the\s\d", re.IGNORECASE)
+_NUMBERED = re.compile(r"[^\s(]$|[\d%]\s$")
+"""What stands before a dash that is no sign of a negative number."""
 _AHEAD = 1000  # letters after a piece that may tell how it is read
+_BULLETS = "\u2022\u2023\u25aa\u25a0\u25cf\u25e6\u25cb\u25ba\u25b6\u25c6\u27a4\u2713\u2714"
 _SHARP = re.compile(r"\b[A-G]$")
 _MAJOR = re.compile(r"[.!?\u2026\u203d\u00a1\u00bf]+")
-_MINOR = re.compile(rf"(?:(?!{quantities.BRACKETED})[,;:()\[\]\u2013\u2014\u2012\u2015\u2022\u00b7])+"
-                    r"|-{2,}|-(?=\s|$)|(?<=\s)-")
-_SILENT = re.compile(r"[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u00b4/*_#-]")
+_MINOR = re.compile(rf"(?:(?!{quantities.BRACKETED})[,;:()\[\]\u2013\u2014\u2012\u2015\u00b7{_BULLETS}])+"
+                    r"|-{2,}|-(?=\s|$)|(?<=\s)-|(?<!\S)\|+(?!\S)")
+_SILENT = re.compile(r"~{2,}|={3,}|(?<![^\n])>+(?=\s)|[\u2020\u2021\u266a-\u266c]"
+                     r"|[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u00b4/*_#-]")
+"""Quotes, and what frames a text: strokes, lines, marks of a citation or a footnote, notes around what is sung."""
+_DOT = re.compile(r"\.(?P<name>[a-z0-9]{1,5})(?!\w)|(?<!\S)\.(?=[a-z]{2}|[A-Z]{2})")
+"""A dot within the name of a file or of a program (*notes.txt*, *.NET*)."""
+_ENDINGS = word_set("exe doc docx zip bin log json html java jpeg gif ini dat iso tar")
 
 
 def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Token]:
@@ -49,7 +56,8 @@ def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Tok
     if variant not in VARIANTS:
         raise DnnvssError(f"unknown variant {variant!r}", remedy=f"Use one of: {', '.join(VARIANTS)}")
     found: list[Token] = []
-    pieces = pieces_of(unicodedata.normalize("NFC", _UNSEEN.sub("", text)), lenient)
+    pieces = [piece if piece.reading.phones else replace(piece, text=plain_signs(piece.text))
+              for piece in pieces_of(visible(text), lenient)]
     shouting = _shouting(" ".join(piece.text for piece in pieces))
     for piece in pieces:
         if not piece.text:
@@ -113,7 +121,8 @@ def _scan(text: str, british: bool, shouting: bool, lenient: bool, found: list[T
         if end is None:
             if not lenient and text[at] not in "-\u2010\u2011":  # a hyphen that joins nothing
                 raise _unspeakable(text, at)
-            end = at + 1
+            word = wording.WORD.match(text, at)
+            end = word.end() if word else at + 1
         at = end
 
 
@@ -139,6 +148,8 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
         _break(found, "major", float(number) / (1000 if unit == "ms" else 1) if number else None)
     elif _quiet_sign(text, at) and (match := _SILENT.match(text, at)):
         pass
+    elif match := _dot(text, at):
+        found.append(Token(".", ("dot",)))
     elif match := _MAJOR.match(text, at):
         if re.match(r"\.\d", text[at : at + 2]):
             return None  # .5 is a number
@@ -146,6 +157,8 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
     elif match := _MINOR.match(text, at):
         if match[0] == "-" and re.match(r"-[\d.$£€]", text[at : at + 2]):
             return None  # a minus sign
+        if match[0] == "\u2013" and text[at + 1 : at + 2].isdigit() and not _NUMBERED.search(text[max(at - 3, 0) : at]):
+            return None  # a dash for one
         _break(found, "minor")
     return match.end() if match else None
 
@@ -160,9 +173,20 @@ def _quiet_sign(text: str, at: int) -> bool:
         return False
     if sign == "#":
         return not _SHARP.search(text[max(at - 3, 0) : at]) and (alone or after.isalpha())
+    if sign == "*" and re.match(r"\d\s?\*\s?\d", text[max(at - 2, 0) : at + 3].strip()):
+        return False  # a product
     if sign in "*_":
         return alone or (sign == "_" and not before.strip())
     return not (sign in "'\u2019" and after.isalnum() and not before.isalnum() and _elided(text, at))
+
+
+def _dot(text: str, at: int) -> re.Match[str] | None:
+    """The dot at a position, where it is read as one: none where it ends a sentence or stands in a number."""
+    match = _DOT.match(text, at)
+    if match is None or (name := match["name"]) is None:
+        return match
+    inner = text[at - 1 : at].isalnum() and not name.isdigit()
+    return re.compile(r"\.").match(text, at) if inner and (name in _ENDINGS or not wording.is_word(name)) else None
 
 
 def _elided(text: str, at: int) -> bool:
@@ -233,7 +257,8 @@ def _add(found: list[Token], match: re.Match[str], said: list[str] | list[Token]
 
 def _symbol(text: str, at: int, found: list[Token]) -> int | None:
     sharp = text[at] == "#" and _SHARP.search(text[max(at - 3, 0) : at])
-    entry = ("sharp",) if sharp else table("symbols").get(text[at])
+    product = text[at] == "*" and not _quiet_sign(text, at) and re.match(r"\s?\d", text[at + 1 : at + 3])
+    entry = ("sharp",) if sharp else ("times",) if product else table("symbols").get(text[at])
     if entry is None:
         return None
     found.append(Token(text[at], tuple(entry[0].split())))
@@ -247,8 +272,11 @@ def _unspeakable(text: str, at: int) -> DnnvssError:
     what = repr(piece[0] if piece and sign.isprintable() else sign)
     if sign == "{":
         return DnnvssError(f"cannot speak {what}: the brace is not closed", remedy="Write phones as {W AY1 N D}")
-    if wording.WORD.match(text, at) and sign.isascii():
+    if (word := wording.WORD.match(text, at)) and len(word[0]) > wording.LONGEST and sign.isascii():
         return DnnvssError(f"cannot speak {what}...: a word of more than {wording.LONGEST} letters",
                            remedy="Split it with spaces or hyphens")
+    foreign = wording.foreign_letter(word[0]) if word else ""
+    if foreign:
+        sign, name = foreign, unicodedata.name(foreign, "unnamed")
     return DnnvssError(f"cannot speak {what} (U+{ord(sign):04X}, {name.lower()})",
                        remedy="Remove it or write it in English words")

@@ -21,8 +21,20 @@ _LARGEST = 10 ** (3 * len(_SCALES)) - 1
 CURRENCIES = {
     "$": ("dollar", "dollars", "cent", "cents"), "£": ("pound", "pounds", "penny", "pence"),
     "€": ("euro", "euros", "cent", "cents"), "¥": ("yen", "yen", "", ""), "₹": ("rupee", "rupees", "paisa", "paise"),
+    "Rs": ("rupee", "rupees", "paisa", "paise"), "Rs.": ("rupee", "rupees", "paisa", "paise"),
+    "₩": ("won", "won", "", ""), "₽": ("ruble", "rubles", "kopeck", "kopecks"), "₺": ("lira", "lira", "", ""),
+    "₱": ("peso", "pesos", "centavo", "centavos"), "₪": ("shekel", "shekels", "", ""), "฿": ("baht", "baht", "", ""),
+    "₿": ("bitcoin", "bitcoins", "", ""), "₴": ("hryvnia", "hryvnias", "", ""), "₦": ("naira", "naira", "", ""),
+    "₫": ("dong", "dong", "", ""), "₵": ("cedi", "cedis", "", ""),
 }
-SCALE_SUFFIXES = {"k": "thousand", "m": "million", "mn": "million", "bn": "billion", "b": "billion", "tn": "trillion"}
+"""Signs of money: one of it, several, and the same of its hundredth part, empty where there is none."""
+_DOLLARS = {"US": "U S", "AU": "australian", "A": "australian", "CA": "canadian", "C": "canadian",
+            "NZ": "new zealand", "HK": "hong kong", "S": "singapore", "NT": "taiwan"}
+CURRENCIES |= {f"{short}$": (f"{name} dollar", f"{name} dollars", "cent", "cents") for short, name in _DOLLARS.items()}
+CURRENCIES |= {"R$": ("real", "reais", "centavo", "centavos"),
+               "MX$": ("mexican peso", "mexican pesos", "centavo", "centavos")}
+SCALE_SUFFIXES = {"k": "thousand", "m": "million", "mn": "million", "bn": "billion", "b": "billion", "tn": "trillion",
+                  "t": "trillion", "mm": "million"}
 
 
 def digits(text: str) -> list[str]:
@@ -120,8 +132,8 @@ def money(sign: str, amount: str, scale: str = "", british: bool = False) -> lis
     one, many, cent, cents = CURRENCIES[sign]
     whole, _, part = amount.replace(",", "").partition(".")
     if scale or (part and (len(part) != 2 or not cents)):
-        return [*number(amount, british), *([scale] if scale else []), many]
-    words = [*number(whole or "0", british), one if whole == "1" else many]
+        return [*number(amount, british), *([scale] if scale else []), *many.split()]
+    words = [*number(whole or "0", british), *(one if whole == "1" else many).split()]
     if not int(part or 0):
         return words
     small = cardinal(int(part))
@@ -130,6 +142,13 @@ def money(sign: str, amount: str, scale: str = "", british: bool = False) -> lis
     if sign == "£":
         return words + small
     return [*words, "and", *small, cent if small == ["one"] else cents]
+
+
+def in_singular(sign: str, words: list[str]) -> list[str]:
+    """Return an amount as it is said of one thing: *five dollar* of *a $5 note*."""
+    one, many, *_ = CURRENCIES[sign]
+    single = {many.split()[-1]: one.split()[-1], "cents": "cent"}
+    return [single.get(word, word) for word in words]
 
 
 def time_of_day(hours: int, minutes: int, seconds: int | None = None, half: str = "") -> list[str]:
@@ -148,12 +167,12 @@ def time_of_day(hours: int, minutes: int, seconds: int | None = None, half: str 
     return words + [letter.upper() for letter in half]
 
 
-_ROMAN = re.compile(r"X{0,3}(IX|IV|V?I{0,3})")
+_ROMAN = re.compile(r"(XL|L?X{0,3})(IX|IV|V?I{0,3})")
 
 
 def roman(text: str) -> int:
-    """Return the value of a Roman numeral from II to XXXIX, 0 for anything else."""
+    """Return the value of a Roman numeral from II to LXXXIX, 0 for anything else."""
     if len(text) < 2 or not _ROMAN.fullmatch(text):
         return 0
-    values = [{"I": 1, "V": 5, "X": 10}[c] for c in text]
+    values = [{"I": 1, "V": 5, "X": 10, "L": 50}[c] for c in text]
     return sum(-v if v < max(values[i:]) else v for i, v in enumerate(values))

@@ -1,33 +1,31 @@
 """Rules of normalisation for pieces that begin with a digit or a sign of money: each a pattern and what is said."""
 
 import re
-from collections.abc import Callable
 
-from dnnvss.text import numbers
-from dnnvss.text.tokens import Token, table, word_list
-
-Said = list[str] | list[Token] | None
-Rule = tuple[re.Pattern[str], Callable[[re.Match[str], bool], Said]]
+from dnnvss.text import hours, lengths, money, numbers
+from dnnvss.text.amounts import (
+    END,
+    MINUS,
+    NUMBER,
+    TO,
+    Rule,
+    Said,
+    any_unit,
+    each,
+    per,
+    rule_of,
+    unit_pattern,
+    unit_words,
+)
+from dnnvss.text.tokens import Token, word_list
 
 MONTHS = word_list("january february march april may june july august september october november december")
 _MONTH = r"(?P<month>(?:" + "|".join(f"{m[:3]}(?:{m[3:]})?" for m in MONTHS) + r"|sept)\.?)"
-_NUMBER = r"(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d+(?:\.\d+)?|\.\d+)"
-_END = r"(?![\w])"
-_SCALE = r"(?:thousand|million|billion|trillion)"
-_MINUS = r"(?P<minus>(?<![\w)%°$£€¥₹¢])[-\u2212])?"
-_TO = r"(?:[-\u2013]|\s[-\u2013]\s)"
 BRACKETED = r"\((?:\d{3}\)\s?\d{3}[\s-]\d{4}|0\d{2,4}\)\s?\d{3,4}[\s-]\d{3,4})(?!\d)"
 """A telephone number whose first group stands in brackets."""
 
 
 _DATED = re.compile(r"\b(?:in|since|of|by|until|before|after|from|year|around|circa)\s$", re.IGNORECASE)
-
-
-def _unit_pattern() -> str:
-    spaced = [u for u in table("units") if len(u) > 1 or u in "mg"]
-    attached = sorted(table("units"), key=len, reverse=True)
-    spaced.sort(key=len, reverse=True)
-    return rf"(?:(?P<unit>{'|'.join(map(re.escape, attached))})|\s(?P<spaced>{'|'.join(map(re.escape, spaced))}))(?!\w)"
 
 
 def plain_number(text: str, british: bool) -> list[str]:
@@ -37,11 +35,6 @@ def plain_number(text: str, british: bool) -> list[str]:
     if len(text) > 12 and text.isdigit():
         return numbers.digits(text)
     return numbers.number(text, british)
-
-
-def unit_words(unit: str, singular: bool) -> list[str]:
-    """Return the words of a unit such as ``km/h``."""
-    return table("units")[unit][0 if singular else 1].split()
 
 
 def _date_words(day: int, month: int, year: int | None, british: bool) -> list[str] | None:
@@ -78,7 +71,8 @@ def _day_month(m: re.Match[str], british: bool) -> Said:
     year = numbers.year(int(m["y"]), british) if m["y"] else []
     if not _is_date(m):
         return None
-    return ["the", *numbers.ordinal(int(m["d"])), "of", MONTHS[_month_number(m["month"]) - 1], *year]
+    first = ["the", *numbers.ordinal(int(m["from"])), "to"] if m["from"] else []
+    return [*first, "the", *numbers.ordinal(int(m["d"])), "of", MONTHS[_month_number(m["month"]) - 1], *year]
 
 
 def _month_day(m: re.Match[str], british: bool) -> Said:
@@ -86,45 +80,17 @@ def _month_day(m: re.Match[str], british: bool) -> Said:
         return None
     year = numbers.year(int(m["y"]), british) if m["y"] else []
     day = numbers.ordinal(int(m["d"]))
+    if m["until"]:
+        day += ["to", *(["the"] if british else []), *numbers.ordinal(int(m["until"]))]
     return [MONTHS[_month_number(m["month"]) - 1], *(["the"] if british else []), *day, *year]
-
-
-def _time(m: re.Match[str], british: bool) -> Said:
-    hours, minutes = int(m["h"]), int(m["min"] or 0)
-    half = m["half"][0].lower() + "m" if m["half"] else ""
-    if hours > 24 or (m["min"] is None and not half):
-        return None
-    return numbers.time_of_day(hours, minutes, int(m["s"]) if m["s"] else None, half)
 
 
 def _ratio(m: re.Match[str], british: bool) -> Said:
     return [*numbers.number(m["a"], british), "to", *numbers.number(m["b"], british)]
 
 
-def _money(m: re.Match[str], british: bool) -> Said:
-    scale = (m["scale"] or "").lower()
-    scale = numbers.SCALE_SUFFIXES.get(scale, scale)
-    return (["minus"] if m["minus"] else []) + numbers.money(m["sign"], m["n"], scale, british)
-
-
-def _money_range(m: re.Match[str], british: bool) -> Said:
-    """Two amounts; the currency is said once unless one of them has cents."""
-    first, last = (numbers.SCALE_SUFFIXES.get(scale.lower(), scale.lower()) for scale in (m["first"] or "",
-                                                                                          m["scale"] or ""))
-    if "." in m["a"] + m["b"] and not first and not last:
-        start = numbers.money(m["sign"], m["a"], "", british)
-    else:
-        start = [*numbers.number(m["a"], british), *first.split()]
-    return [*start, "to", *numbers.money(m["sign"], m["b"], last, british)]
-
-
-def _money_after(m: re.Match[str], british: bool) -> Said:
-    amount = numbers.money(m["sign"], m["n"], (m["scale"] or "").lower(), british)
-    return (["minus"] if m["minus"] else []) + amount
-
-
 def _range_of_units(m: re.Match[str], british: bool) -> Said:
-    unit = [numbers.CURRENCIES[m["sign"]][1]] if m["sign"] else unit_words(m["unit"], False)
+    unit = unit_words(m["unit"], each(m))
     return [*numbers.number(m["a"], british), "to", *numbers.number(m["b"], british), *unit]
 
 
@@ -133,6 +99,14 @@ def _telephone(m: re.Match[str], british: bool) -> Said:
     said = [(["plus"] if g.startswith("+") else []) + numbers.digits(g) for g in groups]
     return [Token(g, tuple(w), "none" if i == len(groups) - 1 else "minor")
             for i, (g, w) in enumerate(zip(groups, said, strict=True))]
+
+
+def _groups(m: re.Match[str], british: bool) -> Said:
+    """Three or more numbers with hyphens between them: short ones as numbers (*4-4-2*), long ones digit by digit."""
+    parts = m[0].split("-")
+    if all(len(part) < 3 and not part.startswith("0") for part in parts):
+        return [word for part in parts for word in numbers.cardinal(int(part), british)]
+    return _telephone(m, british)
 
 
 def _ordinal(m: re.Match[str], british: bool) -> Said:
@@ -144,10 +118,13 @@ def _fraction(m: re.Match[str], british: bool) -> Said:
         return ["twenty", "four", "seven"]
     if m[0] == "9/11":
         return ["nine", "eleven"]
-    if not int(m["b"]):
+    top, bottom = int(m["a"]), int(m["b"])
+    if not bottom:
         return None
+    if top == bottom and not m["whole"] and top > 1:  # 50/50, 20/20
+        return [*numbers.cardinal(top, british), *numbers.cardinal(bottom, british)]
     whole = [*numbers.cardinal(int(m["whole"]), british), "and"] if m["whole"] else []
-    return whole + numbers.fraction(int(m["a"]), int(m["b"]), british)
+    return whole + numbers.fraction(top, bottom, british)
 
 
 _VULGAR = {"½": "half", "⅓": "third", "⅔": "two thirds", "¼": "quarter", "¾": "three quarters", "⅛": "eighth"}
@@ -161,8 +138,27 @@ def _vulgar(m: re.Match[str], british: bool) -> Said:
 
 def _range(m: re.Match[str], british: bool) -> Said:
     unit = m["unit"] or m["spaced"]
-    return [*plain_number(m["a"], british), "to", *plain_number(m["b"], british),
-            *(unit_words(unit, False) if unit else [])]
+    between = "minus" if re.match(r"\s*=", m.string[m.end() : m.end() + 9]) else "to"
+    return [*plain_number(m["a"], british), between, *plain_number(m["b"], british),
+            *(unit_words(unit, each(m)) if unit else []), *per(m)]
+
+
+def _product(m: re.Match[str], british: bool) -> Said:
+    """Two or three lengths (*4x4*, *5 x 3 m*), or factors where a result follows."""
+    times = "times" if re.match(r"\s*=", m.string[m.end() : m.end() + 9]) else "by"
+    unit = m["unit"] or m["spaced"]
+    words = plain_number(m["a"], british)
+    for part in re.findall(NUMBER, m["more"]):
+        words += [times, *plain_number(part, british)]
+    return [*words, *(unit_words(unit, each(m)) if unit else [])]
+
+
+def _power(m: re.Match[str], british: bool) -> Said:
+    if m["n"] in ("2", "3"):
+        return ["squared" if m["n"] == "2" else "cubed"]
+    if m["n"][-1].isalpha():
+        return ["to", "the", "power", "of", *(["minus"] if len(m["n"]) > 1 else []), m["n"][-1].upper()]
+    return ["to", "the", "power", "of", *numbers.number(m["n"], british)]
 
 
 def _quantity(m: re.Match[str], british: bool) -> Said:
@@ -170,7 +166,18 @@ def _quantity(m: re.Match[str], british: bool) -> Said:
     if unit == "p" and float(m["n"].replace(",", "")) >= 240:  # 1080p is a picture, not a price
         return [*numbers.number(m["n"], british), "P"]
     sign = ["minus"] if m["minus"] else []
-    return [*sign, *numbers.number(m["n"], british), *unit_words(unit, m["n"] == "1")]
+    single = m["n"] == "1" or (unit != "p" and each(m))
+    return [*sign, *numbers.number(m["n"], british), *unit_words(unit, single), *per(m)]
+
+
+def _short_scale(m: re.Match[str], british: bool) -> Said:
+    return [*numbers.number(m["n"], british), numbers.SCALE_SUFFIXES[m["scale"].lower()]]
+
+
+def _plural(m: re.Match[str], british: bool) -> Said:
+    """As in *100s of people*."""
+    *start, last = numbers.decade(int(m["n"])) if int(m["n"]) < 100 else [*numbers.cardinal(int(m["n"]), british)]
+    return [*([] if start == ["one"] else start), last if last.endswith("s") else last + "s"]
 
 
 def _compound(m: re.Match[str], british: bool) -> Said:
@@ -178,7 +185,9 @@ def _compound(m: re.Match[str], british: bool) -> Said:
 
 
 def _mixed(m: re.Match[str], british: bool) -> Said:
-    """Digits and letters in turn, as in 3D or 10K: the letters are named."""
+    """Digits and letters in turn, as in 3D or 10K: the letters are named; words among them are left to their rule."""
+    if re.search("[a-z]{2}|[A-Z]([a-rt-z]|[A-Z]{3})", m[0]):
+        return None
     words: list[str] = []
     for part in re.findall(r"\d+|[A-Za-z]+", m[0]):
         words += plain_number(part, british) if part.isdigit() else [c.upper() for c in part]
@@ -186,53 +195,72 @@ def _mixed(m: re.Match[str], british: bool) -> Said:
 
 
 def _versions(m: re.Match[str], british: bool) -> Said:
+    parts = m[0].split(".")
+    point = "dot" if len(parts) == 4 and all(int(part) < 256 for part in parts) else "point"  # an address of a computer
     words: list[str] = []
-    for part in m[0].split("."):
-        words += (["point"] if words else []) + numbers.number(part, british)
+    for part in parts:
+        words += ([point] if words else []) + numbers.number(part, british)
     return words
 
 
 def _plain(m: re.Match[str], british: bool) -> Said:
-    sign = {"-": ["minus"], "\u2212": ["minus"], "+": ["plus"]}.get(m["sign"] or "", [])
+    sign = {"+": ["plus"]}.get(m["sign"], ["minus"]) if m["sign"] else []
     if not sign and re.fullmatch(r"1[01]\d\d", m["n"]) and _DATED.search(m.string[: m.start()]):
         return numbers.year(int(m["n"]), british)
     return [*sign, *plain_number(m["n"], british)]
 
 
+_TELEPHONE = "|".join([
+    r"\+\d{1,3}(?:[\s-]\(?\d{1,5}\)?){2,4}", r"\+\d{10,15}", BRACKETED, r"\d{3}([-. ])\d{3}\1\d{4}", r"\d{3}-\d{4}",
+    r"0\d{2,4}\s\d{3,4}\s\d{3,4}", r"0\d{4}\s\d{6}", r"0\d(?:[ .]\d\d){4}", r"\d{4}(?:[ -]\d{4}){3}"])
+
+
+def _dates() -> list[Rule]:
+    day = r"(?:st|nd|rd|th)?"
+    return [
+        rule_of(rf"(?P<y>\d{{4}})-(?P<m>\d\d)-(?P<d>\d\d)(?:{END}|T(?=\d))", _iso_date),
+        rule_of(rf"(?P<y>\d{{4}})/(?P<m>\d{{1,2}})/(?P<d>\d{{1,2}}){END}", _iso_date),
+        rule_of(rf"(?P<a>\d{{1,2}})(?P<by>[-/])(?P<b>\d{{1,2}})(?P=by)(?P<y>\d{{4}}|(?<=/)\d\d){END}", _slash_date),
+        rule_of(rf"(?P<a>\d{{1,2}})\.(?P<b>\d{{1,2}})\.(?P<y>\d{{4}}){END}", lambda m, _: _slash_date(m, british=True)),
+        rule_of(rf"(?:the\s)?(?:(?P<from>\d{{1,2}}){day}[-\u2013])?(?P<d>\d{{1,2}}){day}\s(?:of\s)?{_MONTH}"
+                rf"(?:,?\s(?P<y>\d{{4}}))?{END}", _day_month, ignore_case=True),
+        rule_of(rf"{_MONTH}\s(?:the\s)?(?P<d>\d{{1,2}}){day}(?:[-\u2013](?P<until>\d{{1,2}}){day})?"
+                rf"(?:,?\s(?P<y>\d{{4}}))?(?![\w:]|,\d|\s?{hours.HALF}|\s?%|-\d)", _month_day, ignore_case=True),
+    ]
+
+
+def _many() -> list[Rule]:
+    unit = unit_pattern()
+    return [
+        rule_of(rf"(?P<a>\d+):(?P<b>\d+){END}", _ratio),
+        *money.rules(),
+        rule_of(f"(?:{_TELEPHONE})(?!\\d)", _telephone),
+        rule_of(r"\d+(?:-\d+){2,7}(?![\w-])", _groups),
+        rule_of(rf"(?P<n>\d{{1,3}}(?:,\d{{3}})+|\d+)(?:st|nd|rd|th){END}", _ordinal, ignore_case=True),
+        rule_of(r"(?P<n>10+)s(?=\sof\b)", _plural),
+        rule_of(rf"(?:['\u2019](?=\d\d['\u2019]?s))?(?P<n>\d{{2}}|\d{{4}})['\u2019]?s{END}",
+                lambda m, _: numbers.decade(int(m["n"]))),
+        *lengths.rules(),
+        rule_of(rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}}){END}", _fraction),
+        rule_of(r"(?P<n>\d+)\s?(?P<f>[½⅓⅔¼¾⅛])", _vulgar),
+        rule_of(rf"(?P<a>{NUMBER})(?P<more>(?:\s?x\s?{NUMBER}|\u00d7{NUMBER}(?!\^)){{1,2}})(?:{unit})?(?![\w^])",
+                _product),
+        rule_of(rf"(?P<a>{NUMBER})\s?(?P<unit>{any_unit()}){TO}(?P<b>{NUMBER})\s?(?P=unit)(?![\w-])",
+                _range_of_units),
+        rule_of(rf"(?P<a>{NUMBER})\s?[\u2013\u2014-]\s?(?P<b>{NUMBER})(?:{unit})?(?![\w-])", _range),
+        rule_of(rf"\d+(?:\.\d+){{2,}}{END}", _versions),
+        rule_of(rf"{MINUS}(?P<n>{NUMBER}){unit}", _quantity),
+        rule_of(rf"(?P<n>\d+\.\d+)(?P<scale>[KMB]){END}", _short_scale),
+        rule_of(rf"(?P<n>{NUMBER})(?P<scale>[bmt]n|(?<!^3)(?<!\D3)[MB](?=\s(?:people|[a-z]+s)\b)){END}", _short_scale),
+        rule_of(r"(?<=[\w)])\^(?P<n>[-\u2212]?(?:\d+(?:\.\d+)?|[A-Za-z](?![A-Za-z])))", _power),
+    ]
+
+
 def rules() -> list[Rule]:
     """Return the rules in the order in which they are tried."""
-    unit, i = _unit_pattern(), re.IGNORECASE
-    units = "|".join(map(re.escape, sorted(table("units"), key=len, reverse=True)))
-    scale = rf"{_SCALE}|bn|mn|tn|[kmb]"
-    half = r"(?P<half>[ap]\.?m\b\.?)"
-    pairs: list[tuple[str, int, Callable[[re.Match[str], bool], Said]]] = [
-        (rf"(?P<y>\d{{4}})-(?P<m>\d\d)-(?P<d>\d\d){_END}", 0, _iso_date),
-        (rf"(?P<y>\d{{4}})/(?P<m>\d{{1,2}})/(?P<d>\d{{1,2}}){_END}", 0, _iso_date),
-        (rf"(?P<a>\d{{1,2}})/(?P<b>\d{{1,2}})/(?P<y>\d{{4}}|\d\d){_END}", 0, _slash_date),
-        (rf"(?:the\s)?(?P<d>\d{{1,2}})(?:st|nd|rd|th)?\s(?:of\s)?{_MONTH}(?:,?\s(?P<y>\d{{4}}))?{_END}", i, _day_month),
-        (rf"{_MONTH}\s(?:the\s)?(?P<d>\d{{1,2}})(?:st|nd|rd|th)?(?:,?\s(?P<y>\d{{4}}))?(?![\w:]|,\d|\s?{half}|\s?%|-\d)",
-         i, _month_day),
-        (rf"(?P<h>\d{{1,2}}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d))?(?:\s?{half})?{_END}", i, _time),
-        (rf"(?P<h>\d{{1,2}})(?:\.(?P<min>[0-5]\d))?(?P<s>)\s?{half}{_END}", i, _time),
-        (rf"(?P<a>\d+):(?P<b>\d+){_END}", 0, _ratio),
-        (rf"(?P<sign>[$£€¥₹])\s?(?P<a>{_NUMBER})(?:\s?(?P<first>{scale}))?(?:{_TO}(?P=sign)\s?|[-\u2013])(?P<b>{_NUMBER})"
-         rf"(?:\s?(?P<scale>{scale}){_END})?(?![\w-])", i, _money_range),
-        (rf"{_MINUS}(?P<sign>[$£€¥₹])\s?(?P<n>{_NUMBER})(?:\s?(?P<scale>{scale}){_END})?", i, _money),
-        (rf"\+\d{{1,3}}(?:[\s-]\(?\d{{2,5}}\)?){{2,4}}(?!\d)|{BRACKETED}|\d{{3}}-\d{{3}}-\d{{4}}(?!\d)"
-         r"|\d{3}-\d{4}(?!\d)|0\d{2,4}\s\d{3,4}\s\d{3,4}(?!\d)", 0, _telephone),
-        (rf"(?P<n>\d{{1,3}}(?:,\d{{3}})+|\d+)(?:st|nd|rd|th){_END}", i, _ordinal),
-        (rf"(?:['\u2019](?=\d\d['\u2019]?s))?(?P<n>\d{{2}}|\d{{4}})['\u2019]?s{_END}", 0,
-         lambda m, _: numbers.decade(int(m["n"]))),
-        (rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}}){_END}", 0, _fraction),
-        (r"(?P<n>\d+)\s?(?P<f>[½⅓⅔¼¾⅛])", 0, _vulgar),
-        (rf"(?P<a>{_NUMBER})\s?(?:(?P<sign>[$£€¥₹])|(?P<unit>{units})){_TO}(?P<b>{_NUMBER})\s?(?:(?P=sign)|(?P=unit))"
-         r"(?![\w-])", 0, _range_of_units),
-        (rf"{_MINUS}(?P<n>{_NUMBER})\s?(?:(?P<scale>{_SCALE})\s?)?(?P<sign>[$£€¥₹])(?!\s?\d)", i, _money_after),
-        (rf"(?P<a>{_NUMBER})\s?[\u2013\u2014-]\s?(?P<b>{_NUMBER})(?:{unit})?(?![\w-])", 0, _range),
-        (rf"\d+(?:\.\d+){{2,}}{_END}", 0, _versions),
-        (rf"{_MINUS}(?P<n>{_NUMBER}){unit}", 0, _quantity),
-        (rf"(?P<n>\d+)(?P<words>(?:-[A-Za-z]+)+){_END}", 0, _compound),
-        (rf"\d+(?:[A-Za-z]+\d*)+{_END}", 0, _mixed),
-        (rf"(?P<sign>(?<![\w)%°$£€¥₹¢])[-\u2212+])?(?P<n>{_NUMBER})", 0, _plain),
+    return [
+        *_dates(), *hours.rules(), *_many(),
+        rule_of(rf"(?P<n>\d+)(?P<words>(?:-[a-z]+)+){END}", _compound),
+        rule_of(rf"\d+(?:[A-Za-z]+\d*)+{END}", _mixed),
+        rule_of(rf"(?P<sign>(?<![\w)%°\u20a0-\u20bf$£¥¢])[-\u2212\u2013+])?(?P<n>{NUMBER})", _plain),
     ]
-    return [(re.compile(pattern, flags), handler) for pattern, flags, handler in pairs]

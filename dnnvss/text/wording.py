@@ -6,18 +6,18 @@ from dataclasses import dataclass
 
 from dnnvss.text import derive, numbers
 from dnnvss.text.lexicon import dictionary
-from dnnvss.text.quantities import plain_number
+from dnnvss.text.quantities import MONTHS, plain_number
 from dnnvss.text.tokens import Token, table, word_set
 
 LONGEST = 60
 """Letters of the longest word that is read."""
 
 _SPELT = word_set("us it am id ai la ad ac dc pe led who sat ip os uk eu un tv pc hr pr ny "
-                  "coo sec ev er im ib ups avi ide")
+                  "coo sec ev er im ib ups avi ide po")
 _NAMED = word_set("aws gpu nyc usb hdmi dvd cpu usa uae sql url faq rsvp diy eta iq vip atm abc "
                   "gdp gps ucla aclu ngo raf uri fyi ct")
 """Acronyms that are spelt however they are written."""
-_CLEAR = _NAMED | word_set("ai tv pc uk eu os ip hr ny dc ev")
+_CLEAR = _NAMED | word_set("ai tv pc uk eu os ip hr ny dc ev po")
 """Acronyms that are spelt in a text of capitals too."""
 _SOUNDS = word_set("tsk nth pst hm mm sh hmm psst pfft brr grr")
 _SHORT = 6  # letters of a word that may be an acronym in lower case
@@ -26,9 +26,14 @@ _STARTERS = word_set(
     "How"
 )
 _NUMBERED = word_set(
-    "chapter part war act volume section phase type book title class article bowl rocky level stage step "
-    "grade scene mark windows"
+    "chapter part war act volume section phase type book title class article bowl rocky level stage step grade scene "
+    "mark windows episode fantasy model table figure appendix annex schedule unit session tier division group series "
+    "season corps canto panel module round game generation factor psalm apollo saturn vol pt mk ch"
 )
+"""Words behind which a Roman numeral is a number, not a rank."""
+_PARTED = word_set("chapter part war act volume section phase article title book scene appendix annex canto vol pt ch "
+                   "bowl rocky saturn apollo")
+"""Those of them behind which one letter is a numeral too."""
 _LETTERED = word_set(
     "vitamin grade plan type class group hepatitis letter level section option point exhibit team figure "
     "appendix column row block list"
@@ -58,6 +63,11 @@ class Place:
 
 def _has(word: str) -> bool:
     return word in dictionary()
+
+
+def is_word(text: str) -> bool:
+    """Return whether the dictionary has a word that is more than a row of letters: one with a vowel, and no digit."""
+    return _has(text) and bool(re.search("[aeiouy]", text))
 
 
 def _letters(text: str) -> list[str]:
@@ -127,7 +137,8 @@ def initials(match: re.Match[str], place: Place) -> list[Token] | None:
     return [Token(match[0], tuple(words), brk)]
 
 
-ABBREVIATION = re.compile(r"(?P<word>[A-Za-z]+|['\u2019]n['\u2019]?|[A-Za-z]/[A-Za-z]?)(?P<dot>\.?)(?![\w'\u2019])")
+ABBREVIATION = re.compile(r"(?P<word>[A-Za-z]/[A-Za-z]?(?!\w)|[A-Za-z]+|['\u2019]n['\u2019]?)"
+                          r"(?P<dot>\.(?=\d)|\.?(?![\w'\u2019]))")
 
 
 def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
@@ -138,29 +149,56 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
         return None
     said, when = entry
     capital, named = word[0].isupper(), bool(re.match(r"\s+[A-Z]", place.after))
+    dated = dot and word.islower() and bool(re.match(r"\s*\d{3,4}(?!\d)", place.after))
     inside = bool(re.match(r",|\s+[a-z\d]", place.after))
     if word in ("Dr", "St") and (not named or ends_sentence(place.after)) and place.before[:1].isupper():
         said, when = {"Dr": "drive", "St": "street"}[word], "any"
     fits = {"any": True, "dot": dot, "Dot": dot and capital, "cap": dot and capital and inside,
-            "number": bool(re.match(r"\s*\d", place.after)), "title": capital and named,
+            "number": bool(re.match(r"\s*\d", place.after)), "Year": dated, "title": capital and named,
             "Title": capital and named and dot}[when]
-    if not fits:
+    if not fits or (place.after[:1].isdigit() and when not in ("number", "Year")):
         return None
-    final = dot and when not in ("title", "Title", "number") and ends_sentence(place.after)
+    final = dot and when not in ("title", "Title", "number", "Year") and ends_sentence(place.after)
     return [Token(match[0], tuple(said.split()), "major" if final else "none")]
 
 
-ROMAN = re.compile(r"[IVX]{2,}(?![\w'\u2019])")
+ROMAN = re.compile(r"(?:[IVXL]{2,}|[IVX])(?![\w'\u2019])|[ivx]{2,}(?=\))")
+_GOES_ON = re.compile(r"\s*(?:$|[.,;:!?)\u2013\u2014-])|\s+(?:of|and|or|to|in|is|was|were|has|began|for|by|at|on)\b")
+"""What follows *Part I*, where the letter is no pronoun."""
 
 
 def roman(match: re.Match[str], place: Place) -> list[str] | None:
-    """Return a Roman numeral after a name or a word such as *chapter*, None elsewhere."""
-    value = numbers.roman(match[0])
-    if not value or place.shouting or not place.before[:1].isupper():
+    """Return a Roman numeral after a name or a word such as *chapter*, or of a list, in words; None elsewhere."""
+    text, before = match[0].upper(), place.before
+    value = numbers.roman(text) or {"I": 1, "V": 5, "X": 10}.get(text, 0)
+    if not value:
         return None
-    if place.before.lower() in _NUMBERED:
-        return numbers.cardinal(value, place.british)
+    number, listed = numbers.cardinal(value, place.british), re.match(r"\)|\.\s+\S", place.after)
+    if before.lower().rstrip(".") in _NUMBERED:
+        lone = text == "I" and not (before.lower() == "war" or _GOES_ON.match(place.after))
+        return None if len(text) == 1 and (before.lower().rstrip(".") not in _PARTED or lone) else number
+    if len(text) == 1 or "L" in text:
+        return None
+    if match[0].islower() or (listed and not before) or (before.isupper() and len(before) > 1 and not place.shouting):
+        return number
+    if not before[:1].isupper() or (place.shouting and (len(text) < 3 or _has(text.lower()))):
+        return None
     return ["the", *numbers.ordinal(value, place.british)]
+
+
+_DAYS = "mon(?:day)?|tue(?:s(?:day)?)?|wed(?:nesday)?|thu(?:r(?:s(?:day)?)?)?|fri(?:day)?|sat(?:urday)?|sun(?:day)?"
+_MONTHS = "|".join(f"{month[:3]}(?:{month[3:]})?" for month in MONTHS) + "|sept"
+SPAN = re.compile("|".join(rf"(?P<{name}1>{days})\.?[-\u2013](?P<{name}2>{days})(?![\w-])"
+                           for name, days in (("day", _DAYS), ("month", _MONTHS))), re.IGNORECASE)
+_FULL = {day[:3]: day for day in word_set("monday tuesday wednesday thursday friday saturday sunday") | set(MONTHS)}
+
+
+def span(match: re.Match[str], place: Place) -> list[str] | None:
+    """Return two days or months with *to* between them (*Mon-Fri*), None where they are no names."""
+    first, last = match["day1"] or match["month1"], match["day2"] or match["month2"]
+    if not (first[0].isupper() and last[0].isupper()):
+        return None
+    return [_FULL[first[:3].lower()], "to", _FULL[last[:3].lower()]]
 
 
 # ---- words -----------------------------------------------------------------------------------------------------------
@@ -215,7 +253,7 @@ def mixed(text: str, place: Place) -> list[str] | None:
 def _word(text: str, place: Place) -> list[str] | None:
     """Return the words of one run of letters and apostrophes."""
     low = derive.plain(text)
-    if not any(c.isalpha() for c in low) or _foreign(text) or len(low) > LONGEST:
+    if not any(c.isalpha() for c in low) or foreign_letter(text) or len(low) > LONGEST:
         return None
     bare = low if _has(low) else low.strip("'")
     if len(bare) == 1:
@@ -226,6 +264,10 @@ def _word(text: str, place: Place) -> list[str] | None:
         return _acronym(bare)
     if bare in _NAMED or (text.islower() and len(bare) < _SHORT and not _has(bare) and _is_spelt(bare)):
         return _letters(bare)
+    if cut := re.fullmatch(r"([a-z]+)([A-Z]{2,})", text):  # iOS, mRNA
+        return [w for part in cut.groups() for w in _word(part, place) or []]
+    if re.fullmatch(r"[A-Z]\w*[A-Z]s", text) and _has(low[:-1]):  # PhDs
+        return [low]
     parts = re.findall(r"[A-Z]?[a-z']+|[A-Z]+(?![a-z])", text) if not _has(bare) and text.isascii() else []
     if len(parts) > 1 and "".join(parts) == text and not text.isupper():
         return [w for part in parts for w in _word(part, place) or []]
@@ -257,13 +299,13 @@ def _single(letter: str, place: Place) -> str:
     return derive.plain(letter).upper()
 
 
-def _foreign(text: str) -> bool:
-    """Return whether a run has a letter that has no Latin base letter."""
-    return any(c.isalpha() and not derive.plain(c) for c in text)
+def foreign_letter(text: str) -> str:
+    """Return the first letter of a run that has no Latin base letter, empty if none."""
+    return next((c for c in text if c.isalpha() and not derive.plain(c)), "")
 
 
 RULES: tuple[tuple[re.Pattern[str], Callable[[re.Match[str], Place], list[str] | list[Token] | None]], ...] = (
-    (ADDRESS, address), (INITIALS, initials), (ABBREVIATION, abbreviation), (ROMAN, roman),
+    (ADDRESS, address), (INITIALS, initials), (SPAN, span), (ABBREVIATION, abbreviation), (ROMAN, roman),
     (MIXED, lambda m, place: mixed(m[0], place)), (WORD, word),
 )
 """The rules in the order in which they are tried."""

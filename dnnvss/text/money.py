@@ -1,0 +1,63 @@
+"""Rules of normalisation for amounts of money, with their sign before or behind them."""
+
+import re
+
+from dnnvss.text import numbers
+from dnnvss.text.amounts import MINUS, NUMBER, PER, TO, Rule, Said, each, per, rule_of
+
+_SIGN = "|".join(re.escape(sign) for sign in sorted(numbers.CURRENCIES, key=len, reverse=True))
+_WORDS = r"thousand|million|billion|trillion|crore|lakh"
+_SHORT = r"\s?(?:bn|mn|tn)|\s?m(?![\w-])|mm|[kmbt]"
+_AMOUNT = rf"(?:\d+,\d\d(?![\d,])|{NUMBER})"
+"""A number, with a comma before the cents as on the continent."""
+
+
+def _scaled(name: str) -> str:
+    return rf"(?:(?P<{name}>\s?(?:{_WORDS})|{_SHORT})(?!\w))"
+
+
+def _scale(text: str | None) -> str:
+    written = (text or "").strip().lower()
+    return numbers.SCALE_SUFFIXES.get(written, written)
+
+
+def _said(m: re.Match[str], sign: str, amount: str, scale: str, british: bool) -> list[str]:
+    """An amount; one of something (*a $5 note*) is named in the singular."""
+    amount = re.sub(r",(\d\d)$", r".\1", amount)
+    said = numbers.money(sign, amount, scale, british)
+    return numbers.in_singular(sign, said) if each(m) else said
+
+
+def _before(m: re.Match[str], british: bool) -> Said:
+    said = _said(m, m["sign"], m["n"], _scale(m["scale"]), british)
+    return [*(["minus"] if m["minus"] else []), *said, *per(m)]
+
+
+def _range(m: re.Match[str], british: bool) -> Said:
+    """Two amounts; the currency is said once unless one of them has cents."""
+    first, last = _scale(m["first"]), _scale(m["scale"])
+    if "." in m["a"] + m["b"] and not first and not last:
+        start = numbers.money(m["sign"], m["a"], "", british)
+    else:
+        start = [*numbers.number(m["a"], british), *first.split()]
+    return [*start, "to", *_said(m, m["sign"], m["b"], last, british), *per(m)]
+
+
+def _after(m: re.Match[str], british: bool) -> Said:
+    amount = _said(m, m["sign"], m["n"], (m["scale"] or "").lower(), british)
+    return (["minus"] if m["minus"] else []) + amount
+
+
+def _range_after(m: re.Match[str], british: bool) -> Said:
+    return [*numbers.number(m["a"], british), "to", *_said(m, m["sign"], m["b"], "", british)]
+
+
+def rules() -> list[Rule]:
+    """Return the rules in the order in which they are tried."""
+    return [
+        rule_of(rf"(?P<sign>{_SIGN})\s?(?P<a>{NUMBER}){_scaled('first')}?(?:{TO}(?P=sign)\s?|[-\u2013])(?P<b>{NUMBER})"
+                rf"{_scaled('scale')}?{PER}(?![\w-])", _range, ignore_case=True),
+        rule_of(rf"{MINUS}(?P<sign>{_SIGN})\s?(?P<n>{_AMOUNT}){_scaled('scale')}?{PER}", _before, ignore_case=True),
+        rule_of(rf"(?P<a>{NUMBER})\s?(?P<sign>{_SIGN}){TO}(?P<b>{NUMBER})\s?(?P=sign)(?![\w-])", _range_after),
+        rule_of(rf"{MINUS}(?P<n>{_AMOUNT})\s?(?:(?P<scale>{_WORDS})\s?)?(?P<sign>{_SIGN})(?!\s?\d)", _after),
+    ]

@@ -1,0 +1,174 @@
+# ruff: noqa: RUF001  (signs that look like others are what this is about)
+"""Text as people type and copy it: signs of Unicode, measures, money of many lands, times, names of files."""
+
+import pytest
+
+from dnnvss.errors import DnnvssError
+from dnnvss.text.normalise import tokens
+
+
+def said(text: str, variant: str = "en_us") -> str:
+    """Words, ``,`` after a minor and ``.`` after a major break."""
+    marks = {"none": "", "minor": ",", "major": "."}
+    return " ".join(" ".join(t.words) + marks[t.brk] for t in tokens(text, variant))
+
+
+def same(cases: list[tuple[str, str]]) -> None:
+    assert [said(text) for text, _ in cases] == [words for _, words in cases]
+
+
+def test_signs_that_are_other_ways_to_write_letters_and_digits() -> None:
+    same([
+        ("H₂O and CO₂", "H two O and C O two"),
+        ("x⁴, 10⁶, 10⁻³", "X to the power of four, ten to the power of six, ten to the power of minus three"),
+        ("the economy³ grew.¹²", "the economy grew."),
+        ("9.8 m/s²", "nine point eight meters per second squared"),
+        ("１２３ Ｈｅｌｌｏ！", "one hundred twenty three hello."),
+        ("𝓕𝓪𝓷𝓬𝔂 𝟏𝟐", "fancy twelve"),
+        ("① first", "one first"),
+        ("Henry Ⅷ", "henry the eighth"),
+        ("⅝ and 1⅞", "five eighths and one and seven eighths"),
+        ("20℃ or 68 º F", "twenty degrees celsius or sixty eight degrees fahrenheit"),
+        ("5㎏ on 7㎡", "five kilograms on seven square meters"),
+        ("CO&#8322;", "C O two"),
+        ("1\u202f234\u202f567 of 2 000",
+         "one million two hundred thirty four thousand five hundred sixty seven of two thousand"),
+    ])
+
+
+@pytest.mark.parametrize("apostrophe", "'’‘`´＇′")
+def test_any_sign_for_an_apostrophe_between_letters(apostrophe: str) -> None:
+    assert said(f"it{apostrophe}s") == "it's"
+
+
+def test_a_foreign_letter_within_a_word_is_named() -> None:
+    with pytest.raises(DnnvssError, match=r"U.0430, cyrillic small letter a"):
+        tokens("p\u0430ypal")
+
+
+def test_marks_that_frame_a_text_are_silent() -> None:
+    same([
+        ("Home | News", "home, news"),
+        ("~~so~~ good", "so good"),
+        ("> quoted\n> more", "quoted more"),
+        ("===", ""),
+        ("♪ la ♪", "la"),
+        ("word† and ▪ item", "word and, item"),
+        ("5 > 3", "five greater than three"),
+        ("2 * 3 and *so*", "two times three and so"),
+    ])
+
+
+def test_feet_and_inches_and_what_only_looks_like_them() -> None:
+    same([
+        ("She is 5'10\" tall", "she is five foot ten tall"),
+        ("a 6' wall", "a six foot wall"),
+        ("5’10”, 6′ 2″", "five foot ten, six foot two"),
+        ("12\" vinyl", "twelve inches vinyl"),
+        ("a 3/4\" pipe", "a three quarters inch pipe"),
+        ("6 ft. 2 in. tall", "six feet two inches tall"),
+        ("He said \"in 1984\" once", "he said in nineteen eighty four once"),
+        ("'Catch 22' and ‘Catch 22’", "catch twenty two and catch twenty two"),
+        ("40°26′46″N", "forty degrees twenty six minutes forty six seconds north"),
+    ])
+
+
+def test_units_with_dots_and_by_what_they_are_counted() -> None:
+    same([
+        ("6 ft. tall, 10 min. later", "six feet tall, ten minutes later"),
+        ("It took 2 hrs. Then", "it took two hours. then"),
+        ("$5/month, $20/hr", "five dollars per month, twenty dollars per hour"),
+        ("5 mg/dL", "five milligrams per deciliter"),
+        ("10 km/day", "ten kilometers per day"),
+        ("2 tbsp of oil", "two tablespoons of oil"),
+        ("and/or", "and or"),
+    ])
+
+
+def test_a_measure_of_one_thing_is_in_the_singular() -> None:
+    same([
+        ("a $5 note, a $3 million house", "a five dollar note, a three million dollar house"),
+        ("a 10 km run, an 8 oz steak", "a ten kilometer run, an eight ounce steak"),
+        ("a 45° angle", "a forty five degree angle"),
+        ("a 50p coin", "a fifty pence coin"),
+        ("for $5", "for five dollars"),
+    ])
+
+
+def test_money_of_many_lands() -> None:
+    same([
+        ("US$500 and A$1.2m", "five hundred U S dollars and one point two million australian dollars"),
+        ("₩1000, ₽100, ฿5", "one thousand won, one hundred rubles, five baht"),
+        ("Rs. 500", "five hundred rupees"),
+        ("₹10,00,000 or ₹5 crore", "one million rupees or five crore rupees"),
+        ("€1,50", "one euro and fifty cents"),
+        ("$1.2T", "one point two trillion dollars"),
+        ("$5 T-shirt", "five dollars t-shirt"),
+    ])
+
+
+def test_spans_of_times_days_and_dates() -> None:
+    same([
+        ("9am-5pm, 7-9pm", "nine A M to five P M, seven to nine P M"),
+        ("10:30–11:30", "ten thirty to eleven thirty"),
+        ("Mon-Fri 9–5", "monday to friday nine to five"),
+        ("Jan–Mar", "january to march"),
+        ("Sun-dried", "sun dried"),
+        ("March 3-5, 2020", "march third to fifth twenty twenty"),
+        ("10:30 am EST", "ten thirty A M E S T"),
+        ("10:30 et al.", "ten thirty et al."),
+        ("12-25-2020", "december twenty fifth twenty twenty"),
+        ("25.12.2020", "the twenty fifth of december twenty twenty"),
+        ("2023-01-05T10:30:00Z", "january fifth twenty twenty three ten thirty"),
+    ])
+
+
+def test_numbers_that_are_no_quantities() -> None:
+    same([
+        ("555.123.4567", "five five five, one two three, four five six seven"),
+        ("192.168.0.1", "one hundred ninety two dot one hundred sixty eight dot zero dot one"),
+        ("123-45-6789", "one two three, four five, six seven eight nine"),
+        ("a 4-4-2", "a four four two"),
+        ("50/50", "fifty fifty"),
+        ("100s of them", "hundreds of them"),
+        ("1.5M views, 5M people", "one point five million views, five million people"),
+        ("3M is", "three M is"),
+        ("a 4-GPU PC", "a four G P U P C"),
+        ("7Up for 100DAYS", "seven up for one hundred days"),
+        ("4x4, 5 × 3 = 15", "four by four, five times three equals fifteen"),
+        ("5-3=2", "five minus three equals two"),
+        ("it was –5", "it was minus five"),
+        ("x^2 + e^-x", "X squared plus E to the power of minus X"),
+    ])
+
+
+def test_roman_numerals_by_what_is_before_them() -> None:
+    same([
+        ("World War I began", "world war one began"),
+        ("Chapter V", "chapter five"),
+        ("stage IV cancer", "stage four cancer"),
+        ("Super Bowl LVIII", "super bowl fifty eight"),
+        ("Episode IV", "episode four"),
+        ("the Part I like", "the part i like"),
+        ("CHAPTER IV OF IT", "chapter four of it"),
+        ("HENRY VIII WAS KING", "henry the eighth was king"),
+        ("Malcolm X", "malcolm X"),
+        ("II. Methods", "two. methods"),
+        ("(iv) end", "four, end"),
+        ("size XL", "size X L"),
+    ])
+
+
+def test_short_forms_and_names() -> None:
+    same([
+        ("w/ milk, w/o tea", "with milk, without tea"),
+        ("c/o Smith, b/c, n/a", "care of smith, because, not applicable"),
+        ("No.5, Fig.3", "number five, figure three"),
+        ("ca. 1900, c. 1850", "circa nineteen hundred, circa eighteen fifty"),
+        ("WWII", "world war two"),
+        ("on iOS and macOS", "on i O S and mac O S"),
+        ("two PhDs", "two phds"),
+        ("notes.txt and Node.js", "notes dot T X T and node dot J S"),
+        ("my .NET", "my dot net"),
+        ("the end.and so on", "the end. and so on"),
+    ])
