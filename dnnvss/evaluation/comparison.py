@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.measures import MEASURES, frame_errors
 from dnnvss.evaluation.report import number
-from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, difference, estimate, holm, pooled
+from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, differences, enough, estimate, holm, pooled
 from dnnvss.face.base import APERTURE
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.phones.articulation import ARTICULATION
@@ -51,6 +53,8 @@ class Comparison:
         lacking: title of a metric that was left out to what the face lacks for it.
         inputs: system to what drives it, text or a voice (:data:`~dnnvss.systems.registry.INPUTS`), where that is
             known.
+        origins: system to its run and the style in which that spoke, where a run spoke in several: only systems of one
+            style, or of one run, are tested against each other.
     """
 
     pairs: dict[str, dict[str, np.ndarray]]
@@ -63,6 +67,7 @@ class Comparison:
     unit: str = "px"
     lacking: Mapping[str, str] = field(default_factory=dict)
     inputs: Mapping[str, str] = field(default_factory=dict)
+    origins: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def estimate(self, system: str, metric: str) -> Estimate:
         """Return a system's value and 95 % interval; without the interval where the sentences are too few for one."""
@@ -77,14 +82,26 @@ class Comparison:
 
     def difference(self, first: str, second: str, metric: str) -> Difference:
         """Return second less first, tested in pairs over the sentences."""
-        return difference(self.pairs[first][metric], self.pairs[second][metric], self.seed)
+        return next(d for a, b, d, _ in self.tests[metric] if (a, b) == (first, second))
 
-    def tests(self, metric: str) -> list[tuple[str, str, Difference, float]]:
-        """Return every pair of systems under test with its difference and Holm-corrected p."""
-        names = self.systems
-        found = [(a, b, self.difference(a, b, metric)) for i, a in enumerate(names) for b in names[i + 1 :]]
-        corrected = holm([d.p for _, _, d in found])
-        return [(a, b, d, p) for (a, b, d), p in zip(found, corrected, strict=True)]
+    @cached_property
+    def tests(self) -> dict[str, list[tuple[str, str, Difference, float]]]:
+        """Of each metric the systems that are tested against each other, their difference and its p corrected by Holm's
+        method for the number of tests of the metric."""
+        asked = [pair for pair in combinations(self.systems, 2) if self._kin(*pair)]
+        places = [(self.systems.index(a), self.systems.index(b)) for a, b in asked]
+        made = {}
+        for m in self.measures:
+            found = differences([self.pairs[s][m.name] for s in self.systems], places, self.seed,
+                                permutations=enough(len(asked)))
+            corrected = holm([d.p for d in found])
+            made[m.name] = [(a, b, d, p) for (a, b), d, p in zip(asked, found, corrected, strict=True)]
+        return made
+
+    def _kin(self, first: str, second: str) -> bool:
+        if first not in self.origins or second not in self.origins:
+            return True
+        return any(own == other for own, other in zip(self.origins[first], self.origins[second], strict=True))
 
     def telling(self) -> tuple[list[TestRow], int]:
         """The paired differences that can say something, and how many were left out.
@@ -93,9 +110,19 @@ class Comparison:
         sentences.
         """
         rows = [(m.title, f"{self.titled(b, a)} less {self.titled(a, b)}", d, p)
-                for m in self.measures for a, b, d, p in self.tests(m.name) if not np.isnan(d.value)]
+                for m in self.measures for a, b, d, p in self.tests[m.name] if not np.isnan(d.value)]
         kept = [row for row in rows if row[3] < _NOTHING] if not self.few else []
         return kept, len(rows) - len(kept)
+
+    @property
+    def tested(self) -> list[str]:
+        """A paragraph about what the tests are; none where nothing is tested."""
+        count = max((len(rows) for rows in self.tests.values()), default=0)
+        if self.few or not count:
+            return []
+        which = "systems of one style, and the styles of one system" if self.origins else "all systems"
+        return [f"Compared are {which}. Each p is that of a paired permutation test over the sentences "
+                f"({enough(count)} permutations), and is corrected by Holm's method for the {count} of its metric."]
 
     @property
     def gaps(self) -> list[str]:
@@ -103,12 +130,15 @@ class Comparison:
         missing = ", ".join(f"{title} ({what})" for title, what in self.lacking.items())
         return [f"Left out, with what this kind of face lacks for it in brackets: {missing}."] if missing else []
 
-    def with_inputs(self, inputs: Mapping[str, str]) -> "Comparison":
-        """The same, with what drives each system; what is driven alike stands together."""
+    def with_inputs(self, inputs: Mapping[str, str],
+                    origins: Mapping[str, tuple[str, str]] | None = None) -> "Comparison":
+        """The same, with what drives each system, and of which run and style it is; what is driven alike stands
+        together."""
         order = {name: INPUTS.index(inputs[name]) if name in inputs else len(INPUTS) for name in self.pairs}
         names = sorted(self.pairs, key=lambda name: order[name])
         return replace(self, pairs={n: self.pairs[n] for n in names}, classes={n: self.classes[n] for n in names},
-                       systems=tuple(n for n in names if n in self.systems), inputs=dict(inputs))
+                       systems=tuple(n for n in names if n in self.systems), inputs=dict(inputs),
+                       origins=dict(origins or {}))
 
     @property
     def rivals(self) -> list[str]:
@@ -152,7 +182,7 @@ class Comparison:
         rows = [[title, names, _interval(Estimate(d.value, d.low, d.high)), f"{d.p:.4f}", f"{p:.4f}"]
                 for title, names, d, p in kept]
         head = ["metric", "systems", "difference", "p (permutation)", "p (Holm)"]
-        return "\n\n".join([*([markdown_numbers(head, rows)] if rows else []), *left_out(without)])
+        return "\n\n".join([*self.tested, *([markdown_numbers(head, rows)] if rows else []), *left_out(without)])
 
     def _class_tables(self) -> list[str]:
         tables = []
@@ -178,7 +208,7 @@ class Comparison:
         raw = {s: {name: np.round(pairs, 6).tolist() for name, pairs in metrics.items()}
                for s, metrics in self.pairs.items()}
         tests = {m.name: [{"first": a, "second": b, **_plain(d.__dict__), **_plain({"holm": p})}
-                          for a, b, d, p in self.tests(m.name)] for m in self.measures}
+                          for a, b, d, p in self.tests[m.name]] for m in self.measures}
         by_class = {s: {c: _plain({n: pooled(v) for n, v in metrics.items()}) for c, metrics in by.items()}
                     for s, by in self.classes.items()}
         about = {m.name: {"title": m.title, "definition": m.definition, "better": m.better} for m in self.measures}

@@ -15,6 +15,8 @@ from dnnvss.evaluation.sections import Section, seen_from_outside
 from dnnvss.evaluation.viewing.run_scores import viewers_sections
 from dnnvss.systems.registry import driven_by, read_system
 
+PLAIN = "plain"
+"""The style of a run's headline: parameter generation alone."""
 _HASH = re.compile("-[0-9a-f]{8}$")
 
 
@@ -45,24 +47,25 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
     """
     runs = [read_run(folder) for folder in folders]
     names = names or run_titles(list(folders))
+    by_name = dict(zip(names, runs, strict=True))
     sides: dict[str, Side] = {}
-    inputs: dict[str, str] = {}
-    for face, group in by_face(on_one_clock(dict(zip(names, runs, strict=True)))).items():
+    origins: dict[str, tuple[str, str]] = {}
+    for face, group in by_face(on_one_clock(by_name)).items():
         systems: dict[str, Predictions] = {name: run.arrays["predicted"] for name, run in group.items()}
         systems |= {f"{name}, {style}": own for name, run in group.items() for style, own in run.styled.items()}
-        inputs |= {row: driven(run) for name, run in group.items()
-                   for row in (name, *(f"{name}, {style}" for style in run.styled))}
+        origins |= {name: (name, PLAIN) for name in group}
+        origins |= {f"{name}, {style}": (name, style) for name, run in group.items() for style in run.styled}
         sides[face] = Side(make_bench(list(group.values()), first), systems)
     if len(sides) == 1:
         told = next(iter(sides.values()))
         result = compare(told.bench, told.systems, seed)
     else:
         result, told = compare_faces(sides, seed)
-    result = result.with_inputs(inputs)
+    result = result.with_inputs({row: driven(by_name[name]) for row, (name, _) in origins.items()}, origins)
     out = out or folders[0] / "evaluation"
     named = dict(zip(names, folders, strict=True))
-    styles = {name: tuple(run.styled) for name, run in zip(names, runs, strict=True)}
-    sections = [*filter(None, [_rates(dict(zip(names, runs, strict=True)))]), *viewers_sections(result, named, styles),
+    styles = {name: tuple(run.styled) for name, run in by_name.items()}
+    sections = [*filter(None, [_rates(by_name)]), *viewers_sections(result, named, styles),
                 *filter(None, [seen_from_outside(named)])]
     files.write_text(out / "evaluation.md", "\n".join([result.markdown(), *(s.markdown() for s in sections)]))
     files.write_json(out / "evaluation.json", result.to_json())

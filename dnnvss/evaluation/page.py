@@ -165,7 +165,8 @@ def _tests(result: Comparison) -> str:
         rows.append(("system", cells))
     head = ["metric", "systems", "difference", "95 % interval", "p (permutation)", "p (Holm)"]
     table = wide(_table(head, rows), "Paired differences") if rows else ""
-    note = "".join(f'<p class="note">{text}</p>' for text in (*result.few, *left_out(0 if result.few else without)))
+    said = (*result.few, *result.tested, *left_out(0 if result.few else without))
+    note = "".join(f'<p class="note">{text}</p>' for text in said)
     return f"<details><summary>Paired differences</summary>{table}{note}</details>"
 
 

@@ -223,7 +223,7 @@ def test_what_cannot_say_anything_is_left_out():
     b = bench(8)
     same = compare(b, {"one": system(b, 0.5), "again": system(b, 0.5)})
     kept, without = same.telling()
-    found = [d for m in same.measures for _, _, d, _ in same.tests(m.name)]
+    found = [d for m in same.measures for _, _, d, _ in same.tests[m.name]]
     assert not kept and without == sum(not np.isnan(d.value) for d in found)
     assert f"{without} differences are left out" in same.markdown() and "1.0000" not in same.markdown()
     few = bench(5)
@@ -231,3 +231,14 @@ def test_what_cannot_say_anything_is_left_out():
     assert np.isnan(result.estimate("one", "rmse").low) and result.telling()[0] == []
     assert "5 sentences are too few for an interval or a test" in result.markdown()
     assert not compare(b, {"one": system(b, 0.5)}).few
+
+
+def test_systems_of_two_styles_are_tested_within_a_style_and_within_a_run():
+    b = bench(8)
+    styles = {"": "plain", ", loud": "loud"}
+    origins = {f"{run}{end}": (run, style) for end, style in styles.items() for run in ("one", "two")}
+    systems = {name: system(b, noise) for name, noise in zip(origins, (0.1, 0.4, 0.2, 0.5), strict=True)}
+    result = compare(b, systems).with_inputs(dict.fromkeys(systems, "text"), origins)
+    assert [(first, second) for first, second, _, _ in result.tests["rmse"]] == [
+        ("one", "two"), ("one", "one, loud"), ("two", "two, loud"), ("one, loud", "two, loud")]
+    assert "for the 4 of its metric" in result.markdown()

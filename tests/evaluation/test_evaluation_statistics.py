@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from dnnvss.evaluation.statistics import difference, estimate, holm, pooled
+from dnnvss.evaluation.statistics import difference, differences, enough, estimate, holm, pooled
 
 
 def mean_pairs(values):
@@ -56,6 +56,26 @@ def test_p_values_are_uniform_under_the_null():
     rng = np.random.default_rng(1)
     p = [difference(mean_pairs(rng.normal(size=25)), mean_pairs(rng.normal(size=25)), i, 300).p for i in range(200)]
     assert stats.kstest(p, "uniform").pvalue > 0.01
+
+
+def test_many_differences_in_one_pass_are_those_one_by_one():
+    rng = np.random.default_rng(2)
+    systems = [np.column_stack([rng.normal(size=12), rng.integers(0, 3, 12)]).astype(float) for _ in range(4)]
+    asked = [(0, 1), (2, 1), (3, 0)]
+    for (a, b), found in zip(asked, differences(systems, asked, seed=5), strict=True):
+        one = difference(systems[a], systems[b], seed=5)
+        assert (found.value, found.low, found.high) == pytest.approx((one.value, one.low, one.high))
+        assert found.p == one.p
+
+
+def test_among_hundreds_of_tests_a_clear_difference_stays_clear_after_correction():
+    rng = np.random.default_rng(0)
+    values = rng.normal(size=50)
+    systems = [mean_pairs(values + k + rng.uniform(-0.3, 0.3, 50)) for k in range(24)]
+    asked = [(a, b) for a in range(24) for b in range(a)]
+    found = differences(systems, asked, permutations=enough(len(asked)))
+    assert max(holm([d.p for d in found])) < 0.01  # with 2,000 permutations it could not fall below .13
+    assert enough(3) == 2000 and enough(276) == 55200
 
 
 def test_sentences_that_one_system_lacks_are_left_out():
