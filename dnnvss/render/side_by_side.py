@@ -7,6 +7,10 @@ import numpy as np
 
 _CAPTION = 28
 """Height in pixels of the line of text over each face."""
+_MARGIN = 8
+"""Pixels beside that text."""
+_SIZE = 0.5
+"""Size of its letters where they find room; a longer text has smaller ones."""
 
 
 def side_by_side(*faces: Iterator[np.ndarray], captions: list[str], columns: int = 0) -> Iterator[np.ndarray]:
@@ -27,5 +31,7 @@ def side_by_side(*faces: Iterator[np.ndarray], captions: list[str], columns: int
 
 def _captioned(picture: np.ndarray, text: str) -> np.ndarray:
     band = np.full((_CAPTION, picture.shape[1], 3), 255, dtype=np.uint8)
-    cv2.putText(band, text, (8, 19), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (40, 40, 40), 1, cv2.LINE_AA)
+    (wide, _), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, _SIZE, 1)
+    size = _SIZE * min(1.0, (picture.shape[1] - 2 * _MARGIN) / max(wide, 1))
+    cv2.putText(band, text, (_MARGIN, 19), cv2.FONT_HERSHEY_SIMPLEX, size, (40, 40, 40), 1, cv2.LINE_AA)
     return np.concatenate([band, picture])
