@@ -8,6 +8,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.archives import Held, check_arrays, read_declared
+from dnnvss.curves.variance import STILL
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import APERTURE, LOWER_LIP, WIDTH, Face, Gauge
 from dnnvss.phones import BILABIALS, LABIODENTALS
@@ -116,7 +117,7 @@ class Talker:
         reach = reach_of([x[own] for x, own in zip(references, known, strict=True)], gauges)
         levels = {rule.gauge: _level(rule, gauges[rule.gauge], references, tiers, clock, known)
                   for rule in LIP_RULES.values() if rule.gauge in gauges}
-        spread = np.maximum(at_rest.std(axis=0), np.maximum(_LEAST * np.sqrt(natural), 1e-6))
+        spread = np.fmax(at_rest.std(axis=0), np.maximum(_LEAST * np.sqrt(natural), 1e-6))  # NaN without silence
         return cls(natural, _closed(at_rest, reach, levels).mean(axis=0), spread, gauges, levels, reach=reach)
 
     def held(self, rule: LipRule) -> PhoneRule:
@@ -143,13 +144,18 @@ class Talker:
         The ratio of the two variances is taken utterance by utterance, so that what happens to be said does not count.
         Its logarithm is shrunk to 0 by ``d / (d + s / n)``: ``n`` utterances, ``s`` their variance, ``d`` its variance
         among models before anything is known (an empirical Bayes estimate, James and Stein 1961). A ratio under
-        :data:`_FAINTEST` counts as that.
+        :data:`_FAINTEST` counts as that. An utterance in which a coefficient of the talker stands still, as a curve of a
+        rig may, tells no ratio of it; where none tells one, as where none holds speech, it is 1.
         """
-        shown, true = (speech_variances(x, tiers, clock, valid) for x in (predicted, references))
-        ratios = np.log(shown / true)
-        scatter = ratios.var(axis=0, ddof=1) if len(ratios) > 1 else np.full(ratios.shape[1], _SCATTER)
-        certain = _DOUBT**2 / (_DOUBT**2 + scatter / len(ratios))
-        return replace(self, own=self.natural * np.maximum(np.exp(certain * ratios.mean(axis=0)), _FAINTEST))
+        shown, true = (_variances(x, tiers, clock, valid) for x in (predicted, references))
+        told = true > STILL * self.natural
+        count = told.sum(axis=0)
+        ratios = np.where(told, np.log(shown / true), 0.0)
+        mean = ratios.sum(axis=0) / np.maximum(count, 1)
+        off = (np.where(told, ratios - mean, 0.0) ** 2).sum(axis=0)
+        scatter = np.where(count > 1, off / np.maximum(count - 1, 1), _SCATTER)
+        certain = _DOUBT**2 / (_DOUBT**2 + scatter / np.maximum(count, 1))
+        return replace(self, own=self.natural * np.maximum(np.exp(certain * mean), _FAINTEST))
 
     def save(self, path: str | Path) -> Path:
         """Write ``.npz`` and return the path."""
@@ -234,13 +240,21 @@ def speech_variances(trajectories: Sequence[np.ndarray], tiers: Sequence[Tier], 
     Raises:
         DnnvssError: no utterance holds two frames of speech.
     """
+    values = _variances(trajectories, tiers, clock, valid)
+    if not len(values):
+        raise DnnvssError("no utterance holds speech, so its variance is not known", remedy="Check the phones tiers")
+    return values
+
+
+def _variances(trajectories: Sequence[np.ndarray], tiers: Sequence[Tier], clock: FrameClock,
+               valid: Sequence[np.ndarray] | None) -> np.ndarray:
+    """As :func:`speech_variances`, without a row where no utterance holds speech."""
     known = [np.ones(len(x), bool) for x in trajectories] if valid is None else valid
     cut = [np.asarray(x, float)[own & ~silent_frames(t, clock, len(x))]
            for x, t, own in zip(trajectories, tiers, known, strict=True)]
     values = [x.var(axis=0) for x in cut if len(x) > 1]
-    if not values:
-        raise DnnvssError("no utterance holds speech, so its variance is not known", remedy="Check the phones tiers")
-    return np.maximum(values, np.finfo(float).tiny)
+    columns = trajectories[0].shape[1] if len(trajectories) else 0
+    return np.maximum(np.reshape(values, (len(values), columns)), np.finfo(float).tiny)
 
 
 def _typical(values: np.ndarray) -> np.ndarray:

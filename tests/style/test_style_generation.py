@@ -134,9 +134,10 @@ def test_a_talker_is_saved_and_loaded(talker, tmp_path):
         Talker.load(tmp_path / "other.npz")
 
 
-def test_what_the_talker_never_showed_is_left_out():
+def test_what_the_talker_never_showed_is_left_out(tmp_path):
     spoken = Tier("phones", [(0, 2.0, "AA")])
-    talker = Talker.of([movement(0)], [spoken], CLOCK, face())
+    learnt = Talker.of([movement(0)], [spoken], CLOCK, face())
+    talker = Talker.load(learnt.save(tmp_path / "talker.npz"))
     assert talker.unknown == {name: f"the talker's recordings hold no {what}" for name, what in
                               (("closures", "p, b or m"), ("contacts", "f or v"), ("rest", "silence"))}
     mean, variance = prediction()
@@ -144,6 +145,45 @@ def test_what_the_talker_never_showed_is_left_out():
     assert np.array_equal(everything, mlpg(mean, variance))
     with pytest.raises(DnnvssError, match="speech"):
         Talker.of([movement(0)], [Tier("phones", [(0, 2.0, "sil")])], CLOCK, face())
+
+
+@pytest.mark.parametrize("silent", [0, 1])
+def test_clips_cut_to_their_speech_make_a_talker_that_can_be_read(tmp_path, silent):
+    """A silence shorter than the ramp beside speech holds no frame at rest, and one a little longer a single one."""
+    end = 0.1 + silent / 100
+    tight = Tier("phones", [(0, end, "sil"), (end, 2.0, "AA")])
+    talker = Talker.of([movement(0)], [tight], CLOCK, face())
+    assert "rest" in talker.unknown
+    assert talker.rest_deviation == pytest.approx(1e-3 * np.sqrt(talker.natural))  # the least of a coefficient
+    assert np.array_equal(Talker.load(talker.save(tmp_path / "talker.npz")).rest_deviation, talker.rest_deviation)
+
+
+@pytest.mark.parametrize("held_out", [1, 2, 3])
+def test_a_curve_that_stands_still_in_the_held_out_sentences_keeps_its_movement(talker, tmp_path, held_out):
+    """What an utterance without movement says of how much less a model moves is nothing: the gain is 1, by hand."""
+    predicted, true = ([movement(seed + k) for k in range(held_out)] for seed in (30, 40))
+    for x in true:
+        x[:, 1] = 0.0
+    knowing = talker.knowing(predicted, true, [TIER] * held_out, CLOCK)
+    assert knowing.own[1] == pytest.approx(talker.natural[1])
+    mean, variance = prediction()
+    plain, dialled = (generate(mean, variance, TIER, CLOCK, knowing, Style(articulation=a)) for a in (None, 1.0))
+    assert dialled[SPEECH, 1].std() == pytest.approx(plain[SPEECH, 1].std())
+    assert Talker.load(knowing.save(tmp_path / "talker.npz")).own == pytest.approx(knowing.own)
+
+
+def test_held_out_sentences_without_speech_change_no_gain(talker):
+    quiet = Tier("phones", [(0, 2.0, "sil")])
+    assert talker.knowing([movement(30)], [movement(40)], [quiet], CLOCK).own == pytest.approx(talker.natural)
+
+
+def test_of_the_held_out_sentences_those_count_in_which_a_coefficient_moves(talker):
+    true = [movement(40), movement(41), movement(42)]
+    predicted = [0.5 * x for x in true]
+    alone = talker.knowing(predicted[:2], true[:2], [TIER] * 2, CLOCK)
+    true[2] = true[2] * [1.0, 0.0]
+    both = talker.knowing(predicted, true, [TIER] * 3, CLOCK)
+    assert both.own[1] == pytest.approx(alone.own[1]) == pytest.approx(0.25 * talker.natural[1])
 
 
 def test_rules_of_a_gauge_that_the_face_lacks_are_left_out(tmp_path):
