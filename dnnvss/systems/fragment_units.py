@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss.errors import DnnvssError
 from dnnvss.features import phones_of
 from dnnvss.phones import PHONES
 from dnnvss.phones.questions import DISTANCES
@@ -55,7 +56,7 @@ class FragmentCorpus:
         """The corpus of measured examples.
 
         Raises:
-            DnnvssError: no phone was measured throughout.
+            DnnvssError: no phone was measured throughout, or no two neighbouring ones.
         """
         whole = Inventory.of(examples)
         kept = whole.frames > 0
@@ -65,7 +66,13 @@ class FragmentCorpus:
             name: getattr(whole, name)[kept]
             for name in ("code", "first", "frames", "owner", "usable")
         }
-        return cls(Inventory(whole.ids, whole.static, whole.bounds, **parts), word, syllable)
+        made = cls(Inventory(whole.ids, whole.static, whole.bounds, **parts), word, syllable)
+        if not made._diphones:
+            raise DnnvssError(
+                "no two neighbouring phones of the training examples were measured throughout",
+                remedy="Train on measured utterances of more than one phone, or take model=codebook",
+            )
+        return made
 
     @cached_property
     def ends(self) -> np.ndarray:
@@ -147,6 +154,8 @@ class FragmentCorpus:
         at = np.flatnonzero(
             (self.ends >= 2)[:-1] & self.recorded.usable[:-1] & self.recorded.usable[1:]
         )
+        if not len(at):
+            return {}
         pairs = code[at] * len(PHONES) + code[at + 1]
         order = np.argsort(pairs, kind="stable")
         values, starts = np.unique(pairs[order], return_index=True)

@@ -126,7 +126,7 @@ class Fragments(VisualModel):
         """Keep the training trajectories and measure how alike phones look; ``val`` tells the stretch.
 
         Raises:
-            DnnvssError: no phone was measured throughout.
+            DnnvssError: no phone was measured throughout, or no two neighbouring ones.
         """
         corpus = FragmentCorpus.of(train)
         variance = np.maximum(pooled(train).var(0, dtype=np.float64), 1e-12)
@@ -153,8 +153,10 @@ class Fragments(VisualModel):
                 ratios.append(
                     np.where(true > least, x[kept].var(axis=0) / np.maximum(true, 1e-12), np.nan)
                 )
-        known = np.isfinite(ratios).any(axis=0)
-        share = np.nanmean(np.where(known, ratios, 1.0), axis=0)
+        each = np.reshape(ratios, (len(ratios), len(least)))
+        known = np.isfinite(each)
+        share = np.where(known, each, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        share = np.where(known.any(axis=0), share, 1.0)
         stretch = np.clip(1 / np.sqrt(np.maximum(share, 1e-12)), 1.0, _MOST_STRETCHED)
         return np.concatenate(said).mean(axis=0), stretch
 

@@ -142,11 +142,16 @@ def squared_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def typical_distance(seen: np.ndarray) -> float:
-    """The median distance of two frames among some of (N, columns); 1 where all look alike."""
+    """The median distance of two frames among some of (N, columns); 1 where all look alike.
+
+    Of recordings that are mostly silence most frames look alike: then the median is that of those that do not.
+    """
     from scipy.spatial.distance import pdist  # slow to import, and asked by a fit alone
 
     apart = pdist(seen[:: -(-len(seen) // _SEEN)])
-    return float(np.median(apart)) if len(apart) and apart.any() else 1.0
+    if not apart.any():
+        return 1.0
+    return float(np.median(apart)) or float(np.median(apart[apart > 0]))
 
 
 def error_variance(streams: Any, examples: Sequence[Example]) -> np.ndarray:

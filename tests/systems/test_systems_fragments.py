@@ -7,6 +7,7 @@ import pytest
 from conftest import CLOCK, TABLE
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives
+from dnnvss.errors import DnnvssError
 from dnnvss.features import encode
 from dnnvss.phones import phone_id
 from dnnvss.systems import Example
@@ -130,6 +131,20 @@ def test_averages_of_several_places_and_their_stretch(examples: dict) -> None:
     said, plain = (m.predict(example).mean[:, 0][speech] for m in (wide, still))
     wanted = np.clip(example.targets[speech, 0].std(axis=0) / plain.std(axis=0), 1, 1.5)
     assert said.std(axis=0) == pytest.approx(wanted * plain.std(axis=0), rel=1e-4)
+
+
+def test_validation_in_which_nobody_speaks_tells_no_stretch(examples: dict) -> None:
+    hush = sentence("hush", [SIL], [30], ramp(30)[:, [0, 1, 1]])
+    model = Fragments(TABLE, CLOCK, Fragments.Settings(stretch=True))
+    model.fit(examples["train"], [hush], Path())
+    assert model.stretch_.tolist() == [1.0] * 3
+    plain = fitted(examples["train"]).predict(examples["test"][0]).mean
+    assert model.predict(examples["test"][0]).mean == pytest.approx(plain)
+
+
+def test_recordings_without_two_neighbouring_phones_are_refused() -> None:
+    with pytest.raises(DnnvssError, match="no two neighbouring phones"):
+        fitted([sentence(f"hush{k}", [SIL], [30], ramp(30)) for k in range(2)])
 
 
 @pytest.mark.parametrize("count", [2, 3, 40, 300])

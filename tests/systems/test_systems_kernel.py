@@ -5,16 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import CLOCK, TABLE
+from conftest import CLOCK, TABLE, make_example
 from scipy.spatial.distance import cdist
 
 from dnnvss.curves import derivatives, mlpg
 from dnnvss.errors import DnnvssError
-from dnnvss.features import FeatureTable
+from dnnvss.features import FeatureTable, encode
 from dnnvss.phones import PHONES
 from dnnvss.systems import Example
 from dnnvss.systems.ensemble import Ensemble, EnsembleSettings, trajectory
-from dnnvss.systems.kernel import KernelRegression, KernelSettings, described
+from dnnvss.systems.kernel import KernelRegression, KernelSettings, described, typical_distance
+from dnnvss.timing import Alignment, Tier
 
 
 def test_the_prediction_is_that_of_the_equation(examples: dict[str, list[Example]], tmp_path: Path) -> None:
@@ -42,6 +43,32 @@ def test_noise_draws_to_the_mean_and_too_many_frames_are_thinned(examples: dict[
     few = KernelRegression(TABLE, CLOCK, KernelSettings(most=50))
     few.fit(examples["train"], examples["val"], tmp_path)
     assert 25 < len(few.seen_) <= 50
+
+
+def test_the_width_of_recordings_that_are_mostly_silence_is_that_of_what_differs(tmp_path: Path) -> None:
+    """Of twenty rows fifteen are alike: most distances are 0, and the others decide."""
+    rows = np.zeros((20, 2))
+    rows[15:, 0] = 3.0
+    assert typical_distance(rows) == 3.0
+    rows[18:] = [[0, 5], [0, 5]]
+    apart = cdist(rows, rows)[np.triu_indices(20, 1)]
+    assert np.median(apart) == 0 and typical_distance(rows) == np.median(apart[apart > 0])
+    assert typical_distance(np.ones((20, 2))) == 1.0
+    waits = [padded(make_example(f"wait{k}", np.random.default_rng(k)), 4.0) for k in range(4)]
+    model = KernelRegression(TABLE, CLOCK)
+    model.fit(waits[:3], waits[3:], tmp_path)
+    assert model.width_ > 0 and np.isfinite(model.predict(waits[3]).mean).all()
+
+
+def padded(e: Example, seconds: float) -> Example:
+    """An utterance with more silence before it, in which the face holds still."""
+    tiers = [Tier(name, [(0, seconds, label), *((s.start + seconds, s.end + seconds, s.label) for s in e.alignment[name])])
+             for name, label in (("phones", "sil"), ("words", ""))]
+    alignment, (targets, valid) = Alignment(tiers), e.measured
+    more = round(seconds * 100)
+    static = np.pad(targets[:, 0], ((more, 0), (0, 0)), "edge")
+    codes = encode(alignment, "word", TABLE, CLOCK)
+    return Example(e.id, alignment, codes, derivatives(static).astype(np.float32), np.pad(valid, (more, 0), constant_values=True))
 
 
 def test_phones_are_as_near_as_they_are_made() -> None:
