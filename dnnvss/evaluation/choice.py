@@ -15,6 +15,7 @@ from dnnvss.corpus import Corpus
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.report import evaluate, number
+from dnnvss.face.base import Face
 from dnnvss.formats.tables import aligned
 from dnnvss.phones.contexts import spoken_seconds
 from dnnvss.records import read_record
@@ -168,7 +169,7 @@ def tried(material: Material, auto: AutoSettings, able: Sequence[str], folder: P
         if name not in kept:
             print(f"model=auto tries {name}", flush=True)
             mapping, folds = _fitting(auto.candidates[name], auto), _folds(auto, minutes, len(train))
-            kept[name] = trial(settings.task, mapping, name, train, folds)
+            kept[name] = trial(settings.task, mapping, name, train, folds, material.encoded.face)
             files.write_json(path, asdict(_Kept(kept)))
     return _best({name: kept[name] for name in tries}, minutes, len(train), auto)
 
@@ -180,10 +181,15 @@ class _Kept:
     trials: Mapping[str, Trial]
 
 
-def trial(task: Task, mapping: Mapping[str, Any], name: str, train: Sequence[Example], folds: int) -> Trial:
+def trial(task: Task, mapping: Mapping[str, Any], name: str, train: Sequence[Example], folds: int, face: Face) -> Trial:
     """What a candidate is worth on sentences that it did not learn from."""
+    def made() -> VisualModel:
+        model = make_system(name, mapping, task.table, task.clock)
+        model.take_face(face)
+        return model
+
     start = time.monotonic()
-    said = cross_predicted(lambda: make_system(name, mapping, task.table, task.clock), task, train, folds)
+    said = cross_predicted(made, task, train, folds)
     report = evaluate({name: said}, {e.id: e.measured[0][:, 0] for e in train},
                       speech={e.id: speech_frames(e.alignment, task.clock) for e in train},
                       valid={e.id: e.measured[1] for e in train})

@@ -26,7 +26,7 @@ from dnnvss.face.kinds import face_kind
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.fitting import Material
+from dnnvss.runs.fitting import Material, refined
 from dnnvss.runs.folds import folded
 from dnnvss.runs.run import make_model
 from dnnvss.runs.voice import Voice
@@ -122,14 +122,16 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator,
 
 def unheard_parts(material: Material, folder: Path,
                   without: Callable[[int], VisualModel] | None = None) -> Iterator[Part]:
-    """A system fitted without each part of the sentences; fits that are killed go on from what is in ``folder``."""
+    """A system fitted without each part of the sentences, as the run's own is; killed fits go on from ``folder``."""
     settings, face = material.settings, material.encoded.face
     for k, examples in enumerate(folded(material.examples["test"], material.folds)):
         if without is not None:
             model = without(k)
         else:
             model = make_model(settings, settings.task)
+            model.take_face(face)
             model.fit(examples["train"], examples["val"], folder / str(k + 1))
+        refined(settings, model, examples, folder / str(k + 1))
         yield Part(Generator(settings.task, model, learn_talker(settings.task, model, examples, face)), examples)
 
 

@@ -1,7 +1,7 @@
 """A run is made in steps: begun, the face encoded, examples gathered, the system fitted and kept."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,7 @@ from dnnvss.runs.voice import Voice
 from dnnvss.speech.durations import DurationModel
 from dnnvss.style.generator import Generator, learn_talker
 from dnnvss.systems import Example, VisualModel
-from dnnvss.systems.examples import make_examples, split_examples
+from dnnvss.systems.examples import make_examples, split_examples, with_altered
 from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.viseme_plan import UnitPlan
 
@@ -121,10 +121,11 @@ def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratc
     Raises:
         DnnvssError: a split with nothing to learn from.
     """
-    task, altered = settings.task, settings.trainer.get("altered", 0)
+    task = settings.task
     if "visemes" not in task.table.sources:
-        examples = split_examples(task, corpus, encoded, settings.split, None, scratch, altered)
+        examples = split_examples(task, corpus, encoded, settings.split, None, scratch)
         folds = _folds(settings, examples)
+        examples = altered(settings, corpus, examples, SPLITS if folds else ("train",))
         return Material(settings, corpus, encoded, _pooled(examples) if folds else examples, folds=folds)
     if settings.folds:
         raise DnnvssError("folds cannot leave sentences out that dynamic visemes were learnt from",
@@ -132,8 +133,15 @@ def gather(settings: RunSettings, corpus: Corpus, encoded: EncodedCorpus, scratc
     plan = UnitPlan.from_config(settings.visemes)
     units = corpus_units(corpus, encoded, settings.split, task.clock, plan, scratch)
     tiers = units.tiers(plan, encoded.splits["train"])
-    examples = split_examples(task, corpus, encoded, settings.split, tiers, scratch, altered)
-    return Material(settings, corpus, encoded, examples, plan, units)
+    examples = split_examples(task, corpus, encoded, settings.split, tiers, scratch)
+    return Material(settings, corpus, encoded, altered(settings, corpus, examples), plan, units)
+
+
+def altered(settings: RunSettings, corpus: Corpus, examples: Examples, splits: Sequence[str] = ("train",)) -> Examples:
+    """Examples of which some splits are learnt from under altered sounds too, where the settings ask for it."""
+    copies, others = settings.trainer.get("altered", 0), corpus.split("train", settings.split)
+    return examples | {name: list(with_altered(settings.task, corpus, examples[name], copies, others))
+                       for name in splits}
 
 
 def _folds(settings: RunSettings, examples: Examples) -> int:
@@ -169,9 +177,7 @@ def keep(material: Material, model: VisualModel, folder: Path, others: Sequence[
         others: talkers heard in the same training, from whom phones and their durations are borrowed.
     """
     settings, examples, places = material.settings, material.examples, RunFiles(folder)
-    if settings.trainer["refine"] and isinstance(model, NetworkModel):
-        model.refine(examples["train"], examples["val"], partial(mlpg, windows=settings.task.windows),
-                     folder / "refined")
+    refined(settings, model, examples, folder)
     Run.save(folder, settings.task, model)
     if material.units:
         material.units.model.save(places.units)
@@ -181,6 +187,20 @@ def keep(material: Material, model: VisualModel, folder: Path, others: Sequence[
     talker = learn_talker(settings.task, model, examples, material.encoded.face)
     talker.save(places.talker)
     return Generator(settings.task, model, talker)
+
+
+def refined(settings: RunSettings, model: VisualModel, examples: Mapping[str, Sequence[Example]], folder: Path) -> None:
+    """Train a fitted network on its generated trajectories, where the settings ask for it.
+
+    Args:
+        settings: of the run.
+        model: fitted.
+        examples: ``train`` and ``val``, which it was fitted on.
+        folder: of the fit.
+    """
+    if settings.trainer["refine"] and isinstance(model, NetworkModel):
+        model.refine(examples["train"], examples["val"], partial(mlpg, windows=settings.task.windows),
+                     folder / "refined")
 
 
 def _keep_talker(material: Material, places: RunFiles, others: Sequence[Material]) -> None:

@@ -144,8 +144,8 @@ class Talker:
         The ratio of the two variances is taken utterance by utterance, so that what happens to be said does not count.
         Its logarithm is shrunk to 0 by ``d / (d + s / n)``: ``n`` utterances, ``s`` their variance, ``d`` its variance
         among models before anything is known (an empirical Bayes estimate, James and Stein 1961). A ratio under
-        :data:`_FAINTEST` counts as that. An utterance in which a coefficient of the talker stands still, as a curve of a
-        rig may, tells no ratio of it; where none tells one, as where none holds speech, it is 1.
+        :data:`_FAINTEST` counts as that. An utterance in which a coefficient of the talker stands still, as a curve of
+        a rig may, tells no ratio of it; where none tells one, as where none holds speech, it is 1.
         """
         shown, true = (_variances(x, tiers, clock, valid) for x in (predicted, references))
         told = true > STILL * self.natural

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -28,6 +28,8 @@ class Example:
         alternatives: other codes of the same frames that may be true as well, such as other dynamic visemes. Networks
             learn from all of them in turn, and average over all of them where they predict; other models heed
             ``codes`` alone.
+        altered: codes of the same frames under an altered sound. Networks learn from them too; nobody predicts from
+            them.
     """
 
     id: str
@@ -36,6 +38,18 @@ class Example:
     targets: np.ndarray | None = None
     valid: np.ndarray | None = None
     alternatives: tuple[FrameCodes, ...] = ()
+    altered: tuple[FrameCodes, ...] = ()
+
+    @property
+    def further(self) -> tuple[FrameCodes, ...]:
+        """What is learnt from in turn with ``codes``."""
+        return self.alternatives + self.altered
+
+    def with_table(self, table: FeatureTable) -> "Example":
+        """The same asked for the columns of another table."""
+        codes, *more = (codes.with_table(table) for codes in (self.codes, *self.further))
+        count = len(self.alternatives)
+        return replace(self, codes=codes, alternatives=tuple(more[:count]), altered=tuple(more[count:]))
 
     @property
     def measured(self) -> tuple[np.ndarray, np.ndarray]:

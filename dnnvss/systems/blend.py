@@ -87,4 +87,4 @@ class BlendedNetworks(VisualModel):
         return (1 - self.weight) * phones + self.weight * every
 
     def _phones(self, example: Example) -> Example:
-        return replace(example, codes=example.codes.with_table(self.phone_table), alternatives=())
+        return replace(example, alternatives=()).with_table(self.phone_table)

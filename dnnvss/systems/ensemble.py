@@ -1,7 +1,7 @@
 """Systems of several kinds, and the mean of the trajectories that they say."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from dnnvss.curves import STATIC_DELTA_DELTA2, derivatives, mlpg
 from dnnvss.errors import DnnvssError
+from dnnvss.face.base import Face
 from dnnvss.features import FeatureTable
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example, Prediction, VisualModel
@@ -70,6 +71,11 @@ class Ensemble(VisualModel):
         self.systems = {name: make_system(name, own, self.tables.get(name, table), clock)
                         for name, own in self.settings.systems.items()}
 
+    def take_face(self, face: Face) -> None:
+        """Tell all systems."""
+        for system in self.systems.values():
+            system.take_face(face)
+
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Fit all systems, each in a folder of its own; ``val`` gives the variance of the mean's errors."""
         for name, system in self.systems.items():
@@ -117,9 +123,7 @@ class Ensemble(VisualModel):
         """An example as a system sees it."""
         if name not in self.tables:
             return example
-        table = self.tables[name]
-        return replace(example, codes=example.codes.with_table(table),
-                       alternatives=tuple(codes.with_table(table) for codes in example.alternatives))
+        return example.with_table(self.tables[name])
 
 
 def _narrowed(table: FeatureTable, name: str, blocks: tuple[str, ...]) -> FeatureTable:

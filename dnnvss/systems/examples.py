@@ -76,7 +76,7 @@ def _reached(valid: np.ndarray, reach: int) -> np.ndarray:
 
 def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: str,
                    visemes: Mapping[str, Sequence[Tier]] | None = None,
-                   scratch: Path | None = None, altered: int = 0) -> dict[str, list[Example]]:
+                   scratch: Path | None = None) -> dict[str, list[Example]]:
     """Return the examples of ``train``, ``val`` and ``test``.
 
     Args:
@@ -86,7 +86,6 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
         visemes: the tiers of each utterance, by id.
         scratch: folder of a file without a name from which the targets are mapped, so that a corpus of many hours does
             not fill the memory; in memory if left out.
-        altered: copies of each training recording with an altered sound, as alternatives, where the labels read it.
 
     Raises:
         DnnvssError: a split has no utterance with a measured frame.
@@ -99,8 +98,6 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
                               f"{len(given) - len(kept)} left out (see above)", file=corpus.root,
                               remedy="Mend or replace these clips, or give the split more of them, and prepare again")
     made = {name: make_examples(task, corpus, given, encoded, visemes) for name, given in splits.items()}
-    if altered and "sound" in task.table.needs:
-        made["train"] = with_altered(task, corpus, made["train"], altered, splits["train"])
     return {name: _in(scratch, examples) for name, examples in made.items()}
 
 
@@ -131,19 +128,24 @@ def make_examples(task: Task, corpus: Corpus, utterances: Sequence[Utterance], e
 
 def with_altered(task: Task, corpus: Corpus, examples: Iterable[Example], copies: int, others: Sequence[Utterance]
                  ) -> Iterator[Example]:
-    """Examples that have the same with an altered sound among their alternatives, the same in every run.
+    """Examples with their codes under altered sounds, the same in every run; as they are where the labels read none.
 
     Args:
-        task, corpus, examples, copies: see :func:`split_examples`.
+        task, corpus: what the examples are for, and of.
+        examples: to learn from.
+        copies: altered sounds of each.
         others: whose voices are heard under theirs, the first 40 of them.
     """
+    if not copies or "sound" not in task.table.needs:
+        yield from examples
+        return
     voices = [corpus.sound(u).samples for u in [u for u in others if u.audio][:_VOICES]]
     for example in examples:
         utterance, own = corpus.utterances[example.id], corpus.sound(corpus.utterances[example.id])
         rng = np.random.default_rng(list(example.id.encode()))
         sounds = [replace(own, samples=alter.altered(rng, own.samples, voices)) for _ in range(copies)]
         codes = [encode(example.alignment, utterance.text, task.table, task.clock, sound) for sound in sounds]
-        yield replace(example, alternatives=(*example.alternatives, *codes))
+        yield replace(example, altered=tuple(codes))
 
 
 def word_frames(alignment: Alignment, clock: FrameClock, known: Collection[str]) -> np.ndarray:

@@ -137,13 +137,17 @@ class GuidedCodebook(VisualModel):
         return self._leader()
 
     def _leader(self) -> VisualModel:
-        """The untrained guide."""
+        """The untrained guide, with the face that is to be shown."""
         s = self.settings
         if s.guide is None:
             from dnnvss.systems.network import NetworkModel  # loads torch
 
-            return NetworkModel(self.table, self.clock, NetworkSettings(s.network, s.fit, s.members))
-        return make_guide(s.guide, self.table, self.clock, s.fit)
+            leader: VisualModel = NetworkModel(self.table, self.clock, NetworkSettings(s.network, s.fit, s.members))
+        else:
+            leader = make_guide(s.guide, self.table, self.clock, s.fit)
+        if self.face is not None:
+            leader.shown_on(self.face)
+        return leader
 
     def _index(self) -> None:
         """Sample every example at five points, from its first moment to its last: (P, 5, D)."""

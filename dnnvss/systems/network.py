@@ -249,7 +249,7 @@ class NetworkModel(VisualModel):
         drawn: tuple[int, float, int | None] = (_CHUNK, 1.0, None)
         if seed is not None:
             drawn = (s.batch_size, s.share, seed)
-        others = min(len(e.alternatives) for e in examples) if seed is not None else 0
+        others = min(len(e.further) for e in examples) if seed is not None else 0
         least = 1 if seed is None or s.smoke else -(-s.steps // s.epochs)
         return FrameBatches(_store(examples), self.scaler_, targets, np.flatnonzero(valid), *drawn, members,
                             normal=(self.mean_.ravel(), self.deviation_.ravel()),
@@ -259,8 +259,8 @@ class NetworkModel(VisualModel):
                     raw: bool = False) -> UtteranceBatches:
         """Batches of whole utterances; ``raw`` ones are all seen, with the main codes and targets as they are."""
         targets, valid = self._targets(examples, folder)
-        s, alternatives = self.settings.fit, min(len(e.alternatives) for e in examples)
-        others = range(alternatives if seed is not None and not raw else 0)
+        s, further = self.settings.fit, min(len(e.further) for e in examples)
+        others = range(further if seed is not None and not raw else 0)
         normal = None if raw else (self.mean_.ravel(), self.deviation_.ravel())
         return UtteranceBatches(_store(examples), self.scaler_, targets, valid, s.utterances, 1.0 if raw else s.share,
                                 seed, alternatives=[_store(examples, k) for k in others], normal=normal)
@@ -340,5 +340,5 @@ def _scale(squares: np.ndarray, own: np.ndarray, between: np.ndarray | None) -> 
     return np.sqrt(low * high)
 
 
-def _store(examples: Sequence[Example], alternative: int | None = None) -> CodeStore:
-    return CodeStore.join((e.id, e.codes if alternative is None else e.alternatives[alternative]) for e in examples)
+def _store(examples: Sequence[Example], further: int | None = None) -> CodeStore:
+    return CodeStore.join((e.id, e.codes if further is None else e.further[further]) for e in examples)

@@ -220,7 +220,7 @@ class TalkersFit:
         talker = np.repeat(np.arange(len(heard)), [sum(len(e.codes) for e in own) for own in heard.values()])
         targets = files.mapped((told[name](e.measured[0]) for name, own in heard.items() for e in own), folder)
         valid = np.concatenate([e.measured[1] for e in every])
-        others = min(len(e.alternatives) for e in every) if seed is not None else 0
+        others = min(len(e.further) for e in every) if seed is not None else 0
         store, *more = (TalkerCodes(_store(heard, k), talker, len(heard)) for k in (None, *range(others)))
         often = repeats(np.maximum(np.bincount(talker[valid], minlength=len(heard)), 1).tolist(), self.balance)
         if self.plan.cls.over_time:
@@ -266,6 +266,6 @@ class _Told:
         return filled_up.reshape(len(targets), -1)
 
 
-def _store(heard: Heard, alternative: int | None = None) -> CodeStore:
-    return CodeStore.join((f"{name}/{e.id}", e.codes if alternative is None else e.alternatives[alternative])
+def _store(heard: Heard, further: int | None = None) -> CodeStore:
+    return CodeStore.join((f"{name}/{e.id}", e.codes if further is None else e.further[further])
                           for name, own in heard.items() for e in own)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from conftest import CLOCK, TABLE, composed
+from face.face_cases import rig
 from omegaconf import OmegaConf
 
 from dnnvss.commands.train_settings import run_settings
@@ -36,7 +37,7 @@ def auto(**changes: object) -> AutoSettings:
 def material(examples: dict[str, list[Example]], *given: str) -> Material:
     settings = configured(*given)
     corpus = SimpleNamespace(fingerprint="abc")
-    return Material(settings, corpus, None, examples)  # type: ignore[arg-type]
+    return Material(settings, corpus, SimpleNamespace(face=rig(3)), examples)  # type: ignore[arg-type]
 
 
 def test_every_sentence_is_said_by_a_system_that_has_not_heard_it(examples: dict[str, list[Example]]) -> None:
@@ -81,11 +82,11 @@ def test_a_trial_that_was_killed_costs_only_itself(examples: dict[str, list[Exam
                                                    monkeypatch: pytest.MonkeyPatch) -> None:
     real, seen = choosing.trial, []
 
-    def spied(task, mapping, name, train, folds):  # type: ignore[no-untyped-def]
+    def spied(task, mapping, name, *given):  # type: ignore[no-untyped-def]
         seen.append(name)
         if len(seen) == 2:
             raise KeyboardInterrupt
-        return real(task, mapping, name, train, folds)
+        return real(task, mapping, name, *given)
 
     monkeypatch.setattr(choosing, "trial", spied)
     with pytest.raises(KeyboardInterrupt):

@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import CLOCK, TABLE, of_layers
+from face.face_cases import rig
 
 from dnnvss.errors import DnnvssError
 from dnnvss.systems import Example, Prediction
 from dnnvss.systems.guided import GuidedCodebook, _ramped
+from dnnvss.systems.network import NetworkModel
+from dnnvss.systems.plain_network import PlainNetwork
 from dnnvss.training import FitSettings
 
 SETTINGS = FitSettings(epochs=1, batch_size=32, progress=False, figure_every=0, accelerator="cpu")
@@ -42,6 +45,20 @@ def test_a_guide_that_was_recorded_comes_back_as_itself(model: GuidedCodebook, e
     np.testing.assert_allclose(model.predict(example).mean[:, 0], example.targets[:, 0], atol=1e-4)
     assert model.report(example)["selection"][0] == {"phone": choices[0].phone, "used": choices[0].phone,
                                                       "from": {example.id: 1.0}}
+
+
+def test_a_guide_that_is_made_anew_shows_the_face_that_was_given(
+        model: GuidedCodebook, examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    opened, face = guided(), rig(3)
+    opened.load_state(model.state())
+    assert isinstance(opened.leader, PlainNetwork)
+    opened.take_face(face)
+    opened.shown_on(face)
+    opened.fit(examples["train"], examples["val"], tmp_path)
+    assert isinstance(opened.leader, NetworkModel) and opened.leader.face is face
+    never_asked = guided()
+    never_asked.shown_on(face)
+    assert never_asked.leader.face is face
 
 
 def test_the_guide_moves_as_much_as_the_talker(model: GuidedCodebook, examples: dict[str, list[Example]]) -> None:

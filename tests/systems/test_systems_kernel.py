@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import CLOCK, TABLE, make_example
+from face.face_cases import LinearFace
 from scipy.spatial.distance import cdist
 
 from dnnvss.curves import derivatives, mlpg
@@ -62,13 +63,15 @@ def test_the_width_of_recordings_that_are_mostly_silence_is_that_of_what_differs
 
 def padded(e: Example, seconds: float) -> Example:
     """An utterance with more silence before it, in which the face holds still."""
-    tiers = [Tier(name, [(0, seconds, label), *((s.start + seconds, s.end + seconds, s.label) for s in e.alignment[name])])
-             for name, label in (("phones", "sil"), ("words", ""))]
+    tiers, more = [], round(seconds * 100)
+    for name, label in (("phones", "sil"), ("words", "")):
+        later = ((s.start + seconds, s.end + seconds, s.label) for s in e.alignment[name])
+        tiers.append(Tier(name, [(0, seconds, label), *later]))
     alignment, (targets, valid) = Alignment(tiers), e.measured
-    more = round(seconds * 100)
     static = np.pad(targets[:, 0], ((more, 0), (0, 0)), "edge")
     codes = encode(alignment, "word", TABLE, CLOCK)
-    return Example(e.id, alignment, codes, derivatives(static).astype(np.float32), np.pad(valid, (more, 0), constant_values=True))
+    known = np.pad(valid, (more, 0), constant_values=True)
+    return Example(e.id, alignment, codes, derivatives(static).astype(np.float32), known)
 
 
 def test_phones_are_as_near_as_they_are_made() -> None:
@@ -92,6 +95,17 @@ def test_an_ensemble_says_the_mean_of_what_its_systems_say(examples: dict[str, l
     assert model.phone_durations(example) is None
     with pytest.raises(DnnvssError, match=r"model\.systems\.kernel\.nose is no setting"):
         EnsembleSettings({"kernel": {"nose": 1.0}})
+
+
+def test_systems_of_an_ensemble_know_the_face(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    whole = {"system": "clusters", "clusters": 8, "starts": 2}
+    parts = {**whole, "nodes": [{"name": "mouth", "groups": ["lips"]}]}
+    model = Ensemble(TABLE, CLOCK, EnsembleSettings({"whole": whole, "parts": parts}))
+    modes = np.random.default_rng(0).normal(size=(3, 4, 2))
+    model.take_face(LinearFace(np.zeros((4, 2)), modes, contours={"lips": [0, 1]}))
+    model.fit(examples["train"], examples["val"], tmp_path)
+    said = [system.predict(examples["test"][0]).mean for system in model.systems.values()]
+    assert np.abs(said[0] - said[1]).max() > 1e-3
 
 
 def test_a_system_of_an_ensemble_sees_the_blocks_that_are_named(examples: dict[str, list[Example]],

@@ -19,7 +19,7 @@ from dnnvss.face.base import Face, moving
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.fitting import encode, gather
+from dnnvss.runs.fitting import altered, encode, gather, refined
 from dnnvss.runs.folds import shuffled
 from dnnvss.runs.run import make_model
 from dnnvss.runs.settings import RunSettings
@@ -157,7 +157,7 @@ class _Material:
     @classmethod
     def of(cls, settings: RunSettings, corpus: Corpus) -> "_Material":
         encoded, test = encode(settings, corpus), {u.id for u in corpus.split("test", settings.split)}
-        examples = gather(settings, corpus, encoded).examples
+        examples = altered(settings, corpus, gather(settings, corpus, encoded).examples, ("val",))
         return cls({name: [e for e in own if e.id not in test] for name, own in examples.items()}, encoded.face)
 
 
@@ -176,6 +176,8 @@ def _left_out(settings: RunSettings, material: _Material, held: HeldOut, scratch
             model.take_face(material.face)
             model.shown_on(material.face)
         model.fit(train, val, scratch)
+        if name == MODEL:
+            refined(settings, model, {"train": train, "val": val}, scratch)
         talker = learn_talker(task, model, {"train": train, "val": val}, material.face)
         generator = Generator(task, model, talker)
         said[name] = {e.id: generator(e, PLAIN) for e in test}
