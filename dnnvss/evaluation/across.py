@@ -126,7 +126,8 @@ def compare_faces(sides: Mapping[str, Side], seed: int = 0) -> tuple[Comparison,
         The comparison, and all systems as gauges on the bench of the first face, to be shown.
     """
     names = shared_gauges(sides)
-    measures = tuple(m for m in MEASURES if POINTS not in m.needs and (m.needs or m.name == "correlation"))
+    known = [m for m in MEASURES if POINTS not in m.needs and (m.needs or m.name == "correlation")]
+    measures = tuple(m for m in known if set(m.needs) <= set(names))
     measures = tuple(replace(m, title="correlation, own", definition=m.definition + OWN) if m.name == "correlation"
                      else m for m in measures)
     wanted = (measures[0], *[_followed(name) for name in names], *measures[1:])
@@ -139,7 +140,9 @@ def compare_faces(sides: Mapping[str, Side], seed: int = 0) -> tuple[Comparison,
     classes = {labels[face, system]: {phone: {m: v for m, v in own.items() if m == APERTURE}
                                       for phone, own in parts[face].classes[system].items()} for face, system in order}
     first = next(iter(parts.values()))
-    result = replace(first, pairs=pairs, classes=classes, systems=tuple(tested))
+    lacking = {m.in_unit(first.unit).title: ", ".join(sorted(set(m.needs) - set(names)))
+               for m in known if not set(m.needs) <= set(names)}
+    result = replace(first, pairs=pairs, classes=classes, systems=tuple(tested), lacking=lacking)
     gauged = {face: side.gauged(names) for face, side in sides.items()}
     shown = Side(next(iter(gauged.values())).bench, {n: x for side in gauged.values() for n, x in side.systems.items()})
     return result, shown

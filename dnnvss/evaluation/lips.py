@@ -47,7 +47,8 @@ class LipEvents:
 
 
 def talker_level(
-    tracks: list[np.ndarray], tiers: list[Tier], clock: FrameClock, phones: tuple[str, ...] = BILABIALS,
+    tracks: list[np.ndarray], tiers: list[Tier], clock: FrameClock | Sequence[FrameClock],
+    phones: tuple[str, ...] = BILABIALS,
     share: float = TALKER_SHARE, valid: Sequence[np.ndarray] | None = None,
 ) -> float:
     """Return the value that ``share`` of the talker's phones of a kind reach at their least; NaN where there are none.
@@ -55,14 +56,15 @@ def talker_level(
     Args:
         tracks: measured apertures (T,), one a sentence.
         tiers: the phones tier of each.
-        clock: of the tracks.
+        clock: of the tracks, or of each.
         phones: the labels.
         share: of the phones.
         valid: (T,) bool a sentence, the frames that were measured; phones with others do not count. All where None.
     """
     known = [np.ones(len(t), bool) for t in tracks] if valid is None else valid
-    least = [track[span].min() for track, tier, own in zip(tracks, tiers, known, strict=True)
-             for span in spans(tier, clock, phones, len(track)) if own[span].all()]
+    clocks = [clock] * len(tracks) if isinstance(clock, FrameClock) else clock
+    least = [track[span].min() for track, tier, rate, own in zip(tracks, tiers, clocks, known, strict=True)
+             for span in spans(tier, rate, phones, len(track)) if own[span].all()]
     return float(np.quantile(least, share)) if least else float("nan")
 
 

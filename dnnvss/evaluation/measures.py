@@ -52,7 +52,7 @@ def _landmarks(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
 
 def _landmark_share(bench: Bench, s: Sentence, x: np.ndarray) -> Pair:
     amount, weight = _landmarks(bench, s, x)
-    return 100 * amount / bench.mouth, weight
+    return (100 * amount / bench.mouth, weight) if weight else (0.0, 0.0)
 
 
 def _lips(contact: bool, amount: str, weight: str, factor: float = 1.0) -> PairFunction:

@@ -55,6 +55,21 @@ def test_the_table_says_that_correlations_are_each_face_s_own() -> None:
     assert "compare it between systems of one face only" in text
 
 
+@pytest.mark.parametrize("poor", ["aam", "points"])
+def test_what_one_of_the_faces_lacks_is_left_out_for_all(poor: str, tmp_path: Path) -> None:
+    """Whichever of them it is: a rig may have no curve for the lower lip."""
+    both = sides()
+    face = both[poor].bench.face
+    assert isinstance(face, LinearFace)
+    gauges = {name: gauge for name, gauge in face.gauges.items() if name != "lower_lip"}
+    both[poor] = replace(both[poor], bench=replace(both[poor].bench, face=replace(face, gauges=gauges)))
+    result, shown = compare_faces(both)
+    text = result.markdown()
+    assert "f v contact recall (lower_lip), lower lip on f v (px) (lower_lip)" in result.gaps[0] and result.gaps[0] in text
+    assert "closure_recall" in result.to_json()["values"]["two"]
+    assert "lower lip" not in write_page(tmp_path / "page.html", result, shown.bench, shown.systems).read_text()
+
+
 def test_the_correlation_of_a_gauge_is_that_of_its_values() -> None:
     both = sides()
     result, _ = compare_faces(both)

@@ -1,5 +1,7 @@
 """Runs judged from outside: distances by hand, nulls and ceilings, and what is kept of it."""
 
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +103,28 @@ def sentence(seed: int, made: Lips | None) -> Sentence:
     truth = moving(seed)
     utterance = Utterance(f"u{seed}", "par", Alignment([phones, words]), "v.mp4", None, None, 25, 60)
     return Sentence(utterance, truth, {CEILING: truth, VOICE: truth if made is None else made, TEXT: made})
+
+
+def test_a_sentence_in_which_nobody_speaks_counts_for_nothing() -> None:
+    hush = sentence(5, None)
+    quiet = Alignment([Tier("phones", [(0, 2.4, "sil")]), Tier("words", [(0, 2.4, "")])])
+    hush = replace(hush, utterance=replace(hush.utterance, alignment=quiet))
+    judged = score_all([sentence(0, None), hush, sentence(1, None)], "articulated")
+    weights = {row: [weight for _, weight in by["aperture r"]] for row, by in judged.pairs.items()}
+    assert weights[VOICE] == weights[LATE] == [1, 0, 1] and weights[OTHER] == [0, 0, 1]
+
+
+def test_clips_of_several_frame_rates_are_each_measured_at_their_own() -> None:
+    """One clip with every picture twice says what it did: 50 frames a second in place of 25."""
+    alike = [sentence(k, None) for k in range(2)]
+    lips = {name: Lips(np.repeat(own.tracks, 2, axis=0), np.repeat(own.seen, 2)) for name, own in alike[1].made.items()
+            if own is not None}
+    twice = replace(alike[1], utterance=replace(alike[1].utterance, rate=Fraction(50), frames=120), truth=lips[VOICE],
+                    made=lips)
+    one, other = score_all(alike, "a"), score_all([alike[0], twice], "a")
+    for row in (VOICE, CEILING):
+        for measure in ("closures found", "aperture r", "variance"):
+            assert other.pairs[row][measure] == pytest.approx(np.array(one.pairs[row][measure])), (row, measure)
 
 
 def test_nulls_are_beaten_and_what_says_other_words_is_told(tmp_path: Path) -> None:

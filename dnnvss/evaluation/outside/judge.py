@@ -92,13 +92,12 @@ def _watch(run: Run, corpus: Corpus, utterance: Utterance, style: Style, landmar
 
 def score_all(seen: Sequence[Sentence], style: str) -> Judged:
     """All rows over all sentences; those beside the run's are made of the recordings."""
-    clock = seen[0].utterance.clock
-    tiers = [s.utterance.alignment["phones"] for s in seen]
-    level = talker_level([s.truth.tracks[:, 0] for s in seen], tiers, clock, valid=[s.truth.seen for s in seen])
+    clocks, tiers = [s.utterance.clock for s in seen], [s.utterance.alignment["phones"] for s in seen]
+    level = talker_level([s.truth.tracks[:, 0] for s in seen], tiers, clocks, valid=[s.truth.seen for s in seen])
     found: dict[str, dict[str, list[tuple[float, float]]]] = {row: {m: [] for m in MEASURES} for row in ROWS}
     lost = []
     for k, sentence in enumerate(seen):
-        truth = sentence.truth
+        truth, clock = sentence.truth, clocks[k]
         watched = Watched(_speech(tiers[k], clock, len(truth.seen)), level, clock)
         made = {**sentence.made, LATE: truth.at(np.arange(len(truth.seen)) - _LATE * float(clock.rate)),
                 OTHER: _stretched(seen[(k + 1) % len(seen)], sentence) if len(seen) > 1 else None}
@@ -145,15 +144,16 @@ def _speech(tier: Tier, clock: FrameClock, frames: int) -> np.ndarray:
     return inside
 
 
-def _stretched(other: Sentence, sentence: Sentence) -> Lips:
-    """The recording of another sentence, its speech as long as that of this one."""
-    (own_first, own_last), (first, last) = (_ends(s) for s in (sentence, other))
-    moments = np.interp(np.arange(len(sentence.truth.seen)), [own_first, own_last], [first, last])
-    return other.truth.at(moments)
+def _stretched(other: Sentence, sentence: Sentence) -> Lips | None:
+    """The recording of another sentence, its speech as long as that of this one; None where one of them has none."""
+    own, theirs = (_ends(s) for s in (sentence, other))
+    if not own or not theirs:
+        return None
+    return other.truth.at(np.interp(np.arange(len(sentence.truth.seen)), own, theirs))
 
 
-def _ends(sentence: Sentence) -> tuple[int, int]:
-    """The first and the last frame of speech."""
+def _ends(sentence: Sentence) -> tuple[int, ...]:
+    """The first and the last frame of speech; nothing where there is none."""
     inside = np.flatnonzero(_speech(sentence.utterance.alignment["phones"], sentence.utterance.clock,
                                     len(sentence.truth.seen)))
-    return int(inside[0]), int(inside[-1])
+    return (int(inside[0]), int(inside[-1])) if len(inside) else ()
