@@ -268,5 +268,6 @@ def _key(material: Material, auto: AutoSettings) -> str:
     """A hash of what the trials depend on."""
     counts = what_counts(material.settings, material.corpus.fingerprint)
     counts["model"] = {name: system_that_counts(mapping) for name, mapping in auto.candidates.items()}
-    parts = [counts, auto.folds, auto.steps, [e.id for e in material.examples["train"]]]
+    train = material.examples["train"]
+    parts = [counts, _folds(auto, speech(train) / 60, len(train)), auto.steps, [e.id for e in train]]
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=dict).encode()).hexdigest()[:16]

@@ -31,12 +31,14 @@ class Candidate:
         settings: that it was trained with.
         headline: its correlation on the test split.
         corpus: the fingerprint of what it was trained on.
+        sentences: that the correlation is of.
     """
 
     folder: Path
     settings: RunSettings
     headline: float
     corpus: str
+    sentences: tuple[str, ...] = ()
 
     @property
     def needs(self) -> frozenset[str]:
@@ -51,7 +53,8 @@ class Candidate:
     @property
     def measured(self) -> tuple[Any, ...]:
         """What was measured on: headlines of runs that agree in it can be compared."""
-        return self.corpus, self.settings.split, self.settings.face
+        face = self.settings.face, self.settings.aam if self.settings.face["kind"] == "aam" else None
+        return self.corpus, self.settings.split, face, self.sentences
 
     @property
     def noise_alters_it(self) -> bool:
@@ -67,8 +70,8 @@ class Candidate:
 def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tuple[Path, str]:
     """The run with the highest correlation on the test split among those that can be compared.
 
-    These are the runs of the corpus, split and face of the run that ended last, as far as they
-    need no more than is given. Of runs that differ by no more than .005 those come first that noise
+    These are the runs of the corpus, split, face and test sentences of the run that ended last, as far
+    as they need no more than is given. Of runs that differ by no more than .005 those come first that noise
     alters little: they were trained in it (``trainer.altered``), or do not listen.
 
     Args:
@@ -145,7 +148,15 @@ def _candidate(folder: Path) -> Candidate:
     settings = RunSettings.load(folder)
     settings.task.table  # noqa: B018  (labels that this version does not know are told here)
     headline: float = read_value(places.metrics, "headline", float, _REMEDY)
-    return Candidate(folder, settings, headline, places.written().corpus)
+    return Candidate(folder, settings, headline, places.written().corpus, _sentences(places))
+
+
+def _sentences(places: RunFiles) -> tuple[str, ...]:
+    """The sentences that a headline is of: with labels of phones a small corpus is left out in turn, as a whole."""
+    try:
+        return tuple(sorted(map(str, read_value(places.metrics, "systems.model.sentences", list, _REMEDY))))
+    except DnnvssError:
+        return ()
 
 
 def _tried(folder: Path) -> Candidate | DnnvssError:

@@ -10,12 +10,15 @@ from typing import Any
 
 from dnnvss import __version__
 from dnnvss.errors import DnnvssError
+from dnnvss.features import Settings
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
 from dnnvss.staging import is_ours
 from dnnvss.training.settings import SHARING
 
 _NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample", "knowledge")
+_UNSAID = ("segment", "sound_offsets", "sound_norm", "voicing")
+"""Settings of labels that their files leave at their defaults: said aloud, these are no other labels."""
 
 
 def run_name(settings: RunSettings, fingerprint: str) -> str:
@@ -58,6 +61,11 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
         del kept["heard_with"], kept["balance"]
     kept["trainer"] = _fit_that_counts(kept["trainer"])
     kept["model"] = system_that_counts(kept["model"])
+    read, usual = settings.task.table.settings, Settings()
+    same = {name for name in _UNSAID if getattr(read, name) == getattr(usual, name)}
+    kept["labels"] = {k: v for k, v in kept["labels"].items() if k not in same}
+    if (rate := settings.trajectory.clock.rate).denominator == 1:
+        kept["trajectory"]["rate"] = int(rate)  # however it was written
     if kept["face"]["kind"] != "aam":
         del kept["aam"]
     if "visemes" not in settings.task.table.sources:

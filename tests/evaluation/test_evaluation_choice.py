@@ -78,6 +78,21 @@ def test_the_best_is_chosen_and_kept(examples: dict[str, list[Example]], tmp_pat
         tried(material(examples, "seed=1"), auto(folds=4), able, tmp_path)
 
 
+def test_trials_in_other_parts_are_others(examples: dict[str, list[Example]], tmp_path: Path,
+                                          monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where networks are to be tried, all are tried in three parts: those of five are not compared with them."""
+    parts: list[int] = []
+
+    def spied(task, mapping, name, train, folds, face):  # type: ignore[no-untyped-def]
+        parts.append(folds)
+        return choosing.Trial(0.5, 1.0, 0.0)
+
+    monkeypatch.setattr(choosing, "trial", spied)
+    for networks in (60.0, 0.0, 60.0):
+        tried(material(examples), auto(networks=networks), ["phone_mean"], tmp_path)
+    assert parts == [5, 3]
+
+
 def test_a_trial_that_was_killed_costs_only_itself(examples: dict[str, list[Example]], tmp_path: Path,
                                                    monkeypatch: pytest.MonkeyPatch) -> None:
     real, seen = choosing.trial, []

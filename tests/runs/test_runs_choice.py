@@ -13,13 +13,14 @@ from dnnvss.runs.choice import HEARD, SPOKEN, best_run
 from dnnvss.runs.files import RunFiles
 
 
-def finished(runs: Path, name: str, headline: float, age: int, *given: str, corpus: str = "c") -> Path:
+def finished(runs: Path, name: str, headline: float, age: int, *given: str, corpus: str = "c",
+             tested: tuple[str, ...] = ("a", "b")) -> Path:
     """A folder that looks like a finished run of ``headline`` that ended ``age`` seconds ago."""
     settings = run_settings(composed("train", "model=feedforward", *given))
     places = RunFiles(files.make_folder(runs / name))
     settings.write(places.folder)
     files.write_json(places.provenance, {"dnnvss": "", "corpus": corpus})
-    files.write_json(places.metrics, {"headline": headline})
+    files.write_json(places.metrics, {"headline": headline, "systems": {"model": {"sentences": list(tested)}}})
     os.utime(places.metrics, (1e9 - age, 1e9 - age))
     return places.folder
 
@@ -75,6 +76,16 @@ def test_of_runs_alike_the_one_trained_in_noise_listens(tmp_path: Path, lags: fl
     finished(tmp_path, "hardened", 0.9 - lags, 2, "labels=mel", "trainer.altered=3")
     folder, told = best_run(tmp_path, HEARD)
     assert folder.name == name and ("trained in noise too" in told) == (name == "hardened")
+
+
+@pytest.mark.parametrize("given, tested", [(["aam.modes=8"], ("a", "b")), ([], ("a", "b", "c"))])
+def test_headlines_of_other_coefficients_or_sentences_are_not_compared(
+        tmp_path: Path, given: list[str], tested: tuple[str, ...]) -> None:
+    finished(tmp_path, "last", 0.8, 1)
+    finished(tmp_path, "other", 0.9, 2, *given, tested=tested)
+    assert best_run(tmp_path, SPOKEN)[0].name == "last"
+    finished(tmp_path, "same", 0.85, 3, tested=("b", "a"))
+    assert best_run(tmp_path, SPOKEN)[0].name == "same"
 
 
 def test_phones_need_no_noise_in_training(tmp_path: Path) -> None:
