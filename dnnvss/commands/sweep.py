@@ -16,6 +16,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from dnnvss import files
+from dnnvss.archives import read_arrays
 from dnnvss.commands.several import several_corpora
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.commands.train_together import planned
@@ -103,7 +104,7 @@ class CompareRuns(Notes):
 
     Args:
         name: of the folder of the comparison, ``<runs>/<name>-<corpus>[-<split>]``.
-        video: whether to render the first test sentence by all systems.
+        video: whether to render the first test sentence that none of them has learnt from by all systems.
         sizes: whether to draw a heat map over layers and width.
     """
 
@@ -142,12 +143,15 @@ class CompareRuns(Notes):
 
             print("wrote " + ", ".join(map(str, write_sizes(folders, settings, out))))
         if self.video:
+            from dnnvss.evaluation.runs import not_learnt
             from dnnvss.evaluation.videos import write_systems
 
             opened = Corpus.open(settings[0].corpus_folder)
-            sentence = sorted(u.id for u in opened.split("test", settings[0].split))[0]
             runs = dict(zip(names, map(Run.open, folders), strict=True))
-            print(f"wrote {write_systems(runs, opened, sentence, out / 'side_by_side.mp4')}")
+            kept = [set(not_learnt(read_arrays(run.files.prediction("reference")), opened, run.settings.split))
+                    for run in runs.values()]
+            if shown := sorted(set.intersection(*kept)):
+                print(f"wrote {write_systems(runs, opened, shown[0], out / 'side_by_side.mp4')}")
 
 
 def _free(folder: Path, runs: list[str]) -> Path:

@@ -1,7 +1,7 @@
 """From run folders to what the harness measures: predictions, references, phones, and the face of the run."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -152,6 +152,21 @@ def _lengths(run: RunData) -> dict[str, int]:
 def _one_face(run: RunData, other: RunData) -> bool:
     own, references = run.arrays["reference"], other.arrays["reference"]
     return all(np.array_equal(own[i], references[i]) for i in references)
+
+
+def not_learnt(tested: Iterable[str], corpus: Corpus, split: str) -> list[str]:
+    """Those of the sentences of a run's evaluation that the run itself has not learnt from.
+
+    Where sentences are left out in turn each is measured by a system of its own, and what speaks has learnt from all
+    but those of the validation split.
+
+    Args:
+        tested: ids.
+        corpus: that the run was trained on.
+        split: the variant of its splits.
+    """
+    learnt, held, ids = {u.id for u in corpus.split("train", split)}, corpus.split("val", split), list(tested)
+    return ids if learnt.isdisjoint(ids) else [i for i in ids if i in {u.id for u in held}]
 
 
 def make_bench(runs: list[RunData], first: int = 5) -> Bench:

@@ -1,5 +1,6 @@
 """Sentences left out in turn: what each is said by is the system of the run, but for what it has not heard."""
 
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,17 +10,22 @@ import pytest
 from conftest import composed
 from face.face_cases import LinearFace
 
+from dnnvss import files
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
+from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import run as evaluated
 from dnnvss.evaluation.run import unheard_parts
+from dnnvss.evaluation.viewing.stimuli import Studio
 from dnnvss.media import write_wav
+from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import Material, gather
 from dnnvss.runs.folds import folded
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.network import NetworkModel
 from dnnvss.timing import Alignment, Tier
 
+judging = import_module("dnnvss.evaluation.outside.judge")  # whose function has its name in the package
 FACE = LinearFace(np.zeros((4, 2)), np.random.default_rng(0).normal(size=(3, 4, 2)), contours={"lips": [0, 1]})
 
 
@@ -81,3 +87,26 @@ def test_every_part_learns_from_altered_sounds_and_says_the_recorded_one(tmp_pat
     parts = folded(made.examples["test"], folds) if folds else []
     assert {len(e.further) for part in parts for e in part["train"]} == ({2} if folds else set())
     assert not any(e.alternatives for part in (made.examples, *parts) for own in part.values() for e in own)
+
+
+@pytest.mark.parametrize("tested, shown", [("e", ["e"]), ("ecadb", ["d"])])
+def test_viewers_and_trackers_see_sentences_that_the_run_has_not_learnt_from(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tested: str, shown: list[str]) -> None:
+    """Left out in turn, all five were tested; what speaks has learnt from all but the one that validates."""
+    corpus, settings = talkative(tmp_path), SimpleNamespace(split="", corpus_folder=tmp_path, style=None)
+    data: Any = SimpleNamespace(arrays={"reference": dict.fromkeys(tested)}, settings=settings)
+    design: Any = None
+    assert Studio(design, (), (data, data), corpus, ()).unlearnt == shown
+
+    files.write_arrays(RunFiles(tmp_path).prediction("reference"), **{i: np.zeros((1, 1)) for i in tested})
+    run: Any = SimpleNamespace(face=None, files=RunFiles(tmp_path), folder=tmp_path, settings=settings)
+    monkeypatch.setattr(judging.Run, "open", lambda folder: run)
+    monkeypatch.setattr(judging, "Textured", object)
+    monkeypatch.setattr(judging, "open_corpus", lambda *given: corpus)
+    with pytest.raises(DnnvssError, match="that it has not learnt from has a video"):  # none of these is filmed
+        judging.judge(tmp_path, Any)  # type: ignore[arg-type]
+    seen: list[str] = []
+    monkeypatch.setattr(judging, "_drawn", lambda ids, count, seed: seen.extend(ids) or [])
+    with pytest.raises(DnnvssError):
+        judging.judge(tmp_path, Any)  # type: ignore[arg-type]
+    assert seen == shown

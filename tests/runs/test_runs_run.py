@@ -44,8 +44,9 @@ def test_a_run_goes_on_under_its_own_settings_alone(tmp_path: Path) -> None:
 
 
 def test_what_makes_no_other_run_name_makes_no_other_run(tmp_path: Path) -> None:
-    for settings in (["trainer.figure_every=1"], ["visemes.units=7"], ["trainer.refine_rate=0.5"], ["+labels.segment=5"],
-                     ["+labels.sound_norm=none"], ["trajectory.rate=100.0"], ["trajectory.rate='100'"]):
+    for settings in (["trainer.figure_every=1"], ["visemes.units=7"], ["trainer.refine_rate=0.5"],
+                     ["+labels.segment=5"], ["+labels.sound_norm=none"],
+                     ["trajectory.rate=100.0"], ["trajectory.rate='100'"]):
         assert run_name(configured(*settings), "abc") == run_name(configured(), "abc"), settings
         check_begun(begun(tmp_path / settings[0]), configured(*settings), "abc")
     for settings in (["+labels.segment=7"], ["trajectory.rate=100.5"], ["labels.blocks=[centre_phone]"]):

@@ -14,7 +14,7 @@ from dnnvss.evaluation.lips import talker_level
 from dnnvss.evaluation.outside.judged import CEILING, LATE, OTHER, ROWS, TEXT, VOICE, Judged
 from dnnvss.evaluation.outside.lips import Lips, see
 from dnnvss.evaluation.outside.scores import MEASURES, Watched, laid_over, scores
-from dnnvss.evaluation.runs import open_corpus
+from dnnvss.evaluation.runs import not_learnt, open_corpus
 from dnnvss.evaluation.videos import say
 from dnnvss.face.base import Textured
 from dnnvss.face.landmarker import Landmarker
@@ -34,7 +34,7 @@ _LATE = 0.04
 
 
 def judge(folder: Path, landmarker: Landmarker, *, count: int = 20, seed: int = 0, progress: bool = True) -> Judged:
-    """A run's test sentences beside the talker's own videos.
+    """A run's test sentences, as far as it has not learnt from them, beside the talker's own videos.
 
     Args:
         folder: of a finished run.
@@ -51,10 +51,12 @@ def judge(folder: Path, landmarker: Landmarker, *, count: int = 20, seed: int = 
         raise DnnvssError(f"its face ({run.face.kind}) has no pictures for a tracker to see", file=folder,
                           remedy="Judge a run of face=aam")
     corpus = open_corpus(run.folder, run.settings.corpus_folder)
-    ids = _drawn(list(read_arrays(run.files.prediction("reference"))), count, seed)
+    tested = not_learnt(read_arrays(run.files.prediction("reference")), corpus, run.settings.split)
+    ids = _drawn(tested, count, seed)
     filmed = [u for u in (corpus.utterances[i] for i in ids) if u.video]
     if not filmed:
-        raise DnnvssError("none of its test sentences has a video", file=folder, remedy="Judge a run of filmed speech")
+        raise DnnvssError("none of the test sentences that it has not learnt from has a video", file=folder,
+                          remedy="Judge a run of filmed speech with a test split of its own: folds=0")
     style = make_style(run.settings.style, run.face)
     watched = counted(filmed, "watching sentences", unit="sentence", disable=not progress)
     still = replace(style, life=0.0)  # lips are judged, not what moves them with the head

@@ -53,7 +53,7 @@ def make_test(design: Design, folders: Sequence[Path], names: Sequence[str], out
     """
     conditions = conditions_of(design, names)
     studio = Studio.open(design, folders)
-    items, practice = choose_items({i: studio.corpus.utterances[i] for i in studio.tested}, design)
+    items, practice = choose_items({i: studio.corpus.utterances[i] for i in studio.unlearnt}, design)
     shown = [studio.shown(c) for c in conditions]
     _check_different(studio, conditions, shown, items[0])
     numbered = list(enumerate([*items, *(p for p in practice if p not in items)]))

@@ -63,8 +63,9 @@ def choose_items(utterances: Mapping[str, Utterance], design: Design) -> tuple[l
     found = _sentences(utterances) if design.material == "sentences" else _words(utterances, design.monosyllables, rng)
     order = [found[int(i)] for i in rng.permutation(len(found))]
     if len(order) < design.sentences:
-        raise DnnvssError(f"sentences={design.sentences} were asked for, and the runs were tested on {len(order)} "
-                          f"{design.material}", remedy=f"Set sentences: {len(order)} at most")
+        raise DnnvssError(f"sentences={design.sentences} were asked for, and there are {len(order)} {design.material} "
+                          "of the test that no run has learnt from",
+                          remedy=f"Set sentences: {len(order)} at most, or test runs that keep a test split: folds=0")
     chosen, left = order[:design.sentences], order[design.sentences:]
     return chosen, (left or chosen)[:design.practice]
 

@@ -14,7 +14,7 @@ from dnnvss.curves import resample, smoothing_spline
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.anchors import stretched
 from dnnvss.evaluation.bench import Sentence
-from dnnvss.evaluation.runs import RunData, by_face, open_corpus, read_run
+from dnnvss.evaluation.runs import RunData, by_face, not_learnt, open_corpus, read_run
 from dnnvss.evaluation.videos import recorded
 from dnnvss.evaluation.viewing.design import Condition, Design, sound_of
 from dnnvss.evaluation.viewing.material import Item
@@ -71,6 +71,12 @@ class Studio:
     def tested(self) -> list[str]:
         """The ids of the sentences that the runs were tested on."""
         return list(self.data[0].arrays["reference"])
+
+    @property
+    def unlearnt(self) -> list[str]:
+        """Those of them that no run has learnt from."""
+        kept = [set(not_learnt(self.tested, self.corpus, own.settings.split)) for own in self.data]
+        return [i for i in self.tested if i in set.intersection(*kept)]
 
     def shown(self, condition: Condition) -> Shown:
         """What the sheet says of a condition."""
