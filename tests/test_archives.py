@@ -15,6 +15,12 @@ from dnnvss.formats import read_landmarks, read_npz, read_pts_sequence, write_pt
 from dnnvss.formats.numbers import number, whole
 
 
+def test_arrays_have_whatever_name_an_utterance_has(tmp_path: Path) -> None:
+    names = {name: np.full(2, float(k)) for k, name in enumerate(("path", "arrays", "a b", "file"))}
+    held = read_arrays(files.write_arrays(tmp_path / "a.npz", **names))
+    assert {name: a.tolist() for name, a in held.items()} == {name: a.tolist() for name, a in names.items()}
+
+
 def test_an_archive_that_opens_to_gigabytes_is_refused_before_it_is_opened(tmp_path: Path) -> None:
     path = tmp_path / "bomb.npz"
     header = io.BytesIO()

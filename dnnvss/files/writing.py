@@ -76,8 +76,8 @@ class Rows:
     parts: Iterable[np.ndarray]
 
 
-def write_arrays(path: str | Path, **arrays: Any) -> Path:
-    """Write named arrays, or :class:`Rows`, as an uncompressed ``.npz`` and return the path."""
+def write_arrays(path: str | Path, /, **arrays: Any) -> Path:
+    """Write named arrays, whatever their names, or :class:`Rows`, as an uncompressed ``.npz`` and return the path."""
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
         for name, value in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:

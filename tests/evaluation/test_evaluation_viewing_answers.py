@@ -251,6 +251,19 @@ def test_pairs_with_a_reference_are_scores_less_that_of_the_reference() -> None:
     assert found.viewer.tolist() == [0, 0, 1] and found.sentence.tolist() == [0, 1, 0]
 
 
+def test_anchors_are_left_out_whatever_their_names() -> None:
+    shows = (("mine", "run"), ("still, or frozen", "frozen"), ("yours", "run"), ("as filmed", "recording"))
+    made = tuple(Condition(name, kind, run=1 + (name == "yours")) for name, kind in shows)
+    sheet = sheet_of(design("single", checks=0, anchors=(), conditions=made), ("x", "y"))
+    sheet = replace(sheet, conditions=tuple(replace(s, shows=kind) for s, (_, kind) in
+                                            zip(sheet.conditions, shows, strict=True)))
+    quality = {name: float(k) for k, (name, _) in enumerate(shows)}
+    result = analyse(sheet, Received({str(k): simulated(sheet, k, quality) for k in range(6)}, {}))
+    tables = {table.title: [row[0] for row in table.rows] for table in result.tables}
+    assert tables["Kruskal-Wallis without still, or frozen"] == ["mine", "yours", "as filmed"]
+    assert tables["Kruskal-Wallis without still, or frozen, as filmed"] == ["mine", "yours"]
+
+
 def test_where_viewers_rate_several_beside_a_reference_tests_know_that() -> None:
     reference = str(design("dscqs").reference)
     three = (Condition(reference, "recording"), Condition("near"), Condition("far", run=2))

@@ -122,17 +122,18 @@ def rank_statistics(counts: np.ndarray, ranks: np.ndarray) -> tuple[float, np.nd
     return h, off / np.sqrt(np.maximum((total + 1) * (total / n - 1) / 12, 1e-300))
 
 
-def leaving_out(groups: Mapping[str, np.ndarray], anchors: Sequence[Sequence[str]]) -> dict[str, KruskalWallis]:
+def leaving_out(groups: Mapping[str, np.ndarray], anchors: Sequence[Sequence[str]]
+                ) -> dict[tuple[str, ...], KruskalWallis]:
     """The Kruskal-Wallis test of all groups, and of those that are left without each set of anchors.
 
     Returns:
-        Tests by what was left out, ``""`` for that of all; sets that leave fewer than two groups are passed over.
+        Tests by what was left out, nothing for that of all; sets that leave fewer than two groups are passed over.
     """
-    tests = {}
+    tests = dict[tuple[str, ...], KruskalWallis]()
     for left in [(), *anchors]:
         kept = [scores for name, scores in groups.items() if name not in left]
         if len(kept) > 1:
-            tests[", ".join(left)] = kruskal_wallis(kept)
+            tests[tuple(left)] = kruskal_wallis(kept)
     return tests
 
 

@@ -58,10 +58,10 @@ def _kruskal(sheet: Sheet, judged: Judgements) -> list[Table]:
     sets = [tuple(s) for s in (lows, [*lows, *highs]) if s]
     tables = []
     for left, test in leaving_out(groups, sets).items():
-        kept = [n for n in groups if n not in left.split(", ")]
+        kept = [n for n in groups if n not in left]
         rows = tuple((n, str(test.counts[k]), number(test.medians[k], 1), number(test.ranks[k], 1),
                       number(test.z[k], 2)) for k, n in enumerate(kept))
-        tables.append(Table("Kruskal-Wallis" + (f" without {left}" if left else ""),
+        tables.append(Table("Kruskal-Wallis" + (f" without {', '.join(left)}" if left else ""),
                             ("condition", "n", "median", "average rank", "Z"), rows,
                             (f"H = {test.statistic:.2f} ({test.adjusted:.2f} corrected for ties), "
                              f"p {_equal(test.p)}, degrees of freedom {len(kept) - 1}. The test takes all "
