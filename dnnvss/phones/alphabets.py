@@ -14,18 +14,21 @@ _IPA = {
     "aɪ": "AY", "aʊ": "AW", "ɔɪ": "OY", "ɪə": "IH AH", "eə": "EH AH", "ɛə": "EH AH", "ʊə": "UH AH",
     "p": "P", "b": "B", "t": "T", "d": "D", "k": "K", "ɡ": "G", "g": "G", "f": "F", "v": "V", "θ": "TH", "ð": "DH",
     "s": "S", "z": "Z", "ʃ": "SH", "ʒ": "ZH", "h": "HH", "x": "K", "tʃ": "CH", "dʒ": "JH", "ʧ": "CH", "ʤ": "JH",
-    "m": "M", "n": "N", "ŋ": "NG", "l": "L", "ɫ": "L", "ɹ": "R", "r": "R", "ɾ": "T", "ʔ": "T", "j": "Y", "w": "W",
-    "ʍ": "W", "aj": "AY", "aw": "AW", "ej": "EY", "ɔj": "OY", "ow": "OW", "əw": "OW", "c": "K", "ɟ": "G", "ç": "HH",
-    "ɲ": "N", "ɱ": "M", "ʎ": "L", "ʈ": "T", "ɖ": "D", "ɻ": "R", "ɕ": "SH", "ʑ": "ZH", "œ": "ER",
+    "m": "M", "n": "N", "ŋ": "NG", "l": "L", "ɫ": "L", "ɹ": "R", "ɾ": "T", "ʔ": "T", "j": "Y", "w": "W",
+    "ʍ": "W", "aj": "AY", "aw": "AW", "ej": "EY", "ɔj": "OY", "ow": "OW", "əw": "OW", "c": "K", "ɟ": "G",
+    "ɲ": "N", "ɱ": "M", "ʎ": "L", "ʈ": "T", "ɖ": "D", "ɻ": "R", "ɕ": "SH", "ʑ": "ZH", "œ": "ER", "ʋ": "V", "χ": "K",
+    "ᵻ": "IH", "ɵ": "UH", "ɘ": "AH", "ɜːɹ": "ER", "ai": "AY", "au": "AW", "ei": "EY", "ou": "OW", "oi": "OY",
+    "ɔi": "OY", "ju": "Y UW", "juː": "Y UW", "ts": "T S", "dz": "D Z", "kp": "K P", "ɡb": "G B",
 }
 """Sounds of English in the International Phonetic Alphabet, both varieties."""
 
 _XSAMPA = {"r\\": "ɹ", "@`": "ɚ", "3`": "ɝ", "I": "ɪ", "E": "ɛ", "{": "æ", "A": "ɑ", "Q": "ɒ", "O": "ɔ", "U": "ʊ",
            "V": "ʌ", "@": "ə", "3": "ɜ", "T": "θ", "D": "ð", "S": "ʃ", "Z": "ʒ", "N": "ŋ", '"': "ˈ", "%": "ˌ", ":": "ː",
            "4": "ɾ", "?": "ʔ", "5": "ɫ", "W": "ʍ", "r": "ɹ"}
-_IGNORED = re.compile(r"[\s.()|/\[\]\u00b7\u203f\u02b0\u02b2\u02b7\u02e0\u02d1"
-                      r"\u0303\u0329\u032f\u031a\u0315\u035c\u0361-]")
-"""Marks of length, aspiration, nasality and the like, with which a sound stays the phone that it is."""
+_IGNORED = re.compile(r"[\s.()|/\[\]\u00b7\u203f\u02b0\u02b2\u02b7\u02bc\u02e0\u02d1\u0300-\u036f-]")
+"""Marks of length, aspiration, nasality, place and the like, with which a sound stays the phone that it is."""
+_SYLLABIC = re.compile(r"(?<=[^\W\d_])([lmnŋɫɹr])(?:\u0329|=)")
+"""A consonant that is a syllable, in a word; said with a vowel before it, as the lexicon writes it."""
 _LONGEST = max(map(len, _IPA))
 
 
@@ -49,7 +52,7 @@ def arpabet(phones: str, alphabet: str = "ipa") -> tuple[str, ...]:
         phones = re.sub("|".join(map(re.escape, _XSAMPA)), lambda m: _XSAMPA[m[0]], phones)
     elif kind != "ipa":
         raise DnnvssError(f"the alphabet {alphabet!r} is not known", remedy="Use ipa, x-sampa or x-arpabet")
-    return _spelt(_bare(phones), phones)
+    return _spelt(_bare(_SYLLABIC.sub(r"ə\1", phones)), phones)
 
 
 def single_sound(label: str, alphabet: str) -> tuple[str, ...]:
@@ -71,8 +74,9 @@ def single_sound(label: str, alphabet: str) -> tuple[str, ...]:
 
 
 def _bare(phones: str) -> str:
-    """Signs without the marks that change no phone."""
-    return _IGNORED.sub("", unicodedata.normalize("NFD", phones.replace("'", "ˈ").replace(":", "ː")))
+    """Signs without the marks that change no phone, every r and every voiceless h written alike."""
+    plain = unicodedata.normalize("NFC", phones).translate(str.maketrans("':rç", "ˈːɹh"))
+    return _IGNORED.sub("", unicodedata.normalize("NFD", plain))
 
 
 def _spelt(text: str, phones: str) -> tuple[str, ...]:
