@@ -16,6 +16,7 @@ UNIT = 10_000_000
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?", re.IGNORECASE)
 _TIME = re.compile(r"[-+]?\d+([.,]\d*)?(e[-+]?\d+)?", re.IGNORECASE)
+_LONGEST = 1e5  # seconds of a recording
 _HEAD = 20
 """Lines in which the head of an ESPS label file ends."""
 _REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
@@ -24,9 +25,10 @@ _REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
 def read_lab(path: str | Path) -> Alignment:
     """Return the alignment in an HTK label file.
 
-    Lines are ``start end phone`` with times in 100 ns units (times with a decimal point are seconds). A fourth column
-    that holds a number on every line is a score and is left out. Other text there, or after the score, is the word that
-    begins with this phone (HTK's second level) and gives the tier ``words``; ``_`` inside it stands for a space. HTS
+    Lines are ``start end phone`` with times in 100 ns units, or in seconds where one of them has a decimal point. A
+    fourth column that holds a number on every line is a score and is left out. Other text there, or after the score, is
+    the word that begins with this phone (HTK's second level) and gives the tier ``words``; ``_`` inside it stands for a
+    space. HTS
     full-context labels give the phone in their middle; lines that are states of one phone are that phone: a number
     behind the label (``[2]`` to ``[6]``, as Merlin writes them, or ``_s2``), ``s2`` to ``s4`` with the phone behind the
     first (HTK), or the same number of equal lines for every phone. Labels of ESPS (``END COLOUR PHONE``, seconds, below
@@ -115,10 +117,11 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
     if all(" ".join(fields[column : column + 1]) == fields[2] for *_, fields in table if len(fields) > 2):
         column += 1  # HTK writes the phone of its states again
+    seconds = _in_seconds([time for *_, fields in table for time in fields[:2]])
     read = phones_of(fields[2] for *_, fields in table if len(fields) > 2)
     for place, line, fields in table:
         try:
-            start, end = (_seconds(x) for x in fields[:2])
+            start, end = (_seconds(x, seconds) for x in fields[:2])
             segment = Tier("phones", [(start, end, fields[2])])[0]
             read(segment.label)
         except (ValueError, IndexError) as error:
@@ -161,9 +164,17 @@ def _timed(text: str) -> list[bool]:
     return [len(f) > 1 and bool(_TIME.fullmatch(f[0]) and _TIME.fullmatch(f[1])) for f in lines]
 
 
-def _seconds(text: str) -> float:
-    """A time: units of 100 ns, or seconds where it has a decimal point (comma)."""
-    return comma_number(text) if "." in text or "," in text else whole(text) / UNIT
+def _in_seconds(times: list[str]) -> bool:
+    """Whether whole numbers among some times are seconds: where another has a decimal point, and none is too large."""
+    try:
+        return any("." in time or "," in time for time in times) and max(map(comma_number, times)) < _LONGEST
+    except ValueError:
+        return False
+
+
+def _seconds(text: str, seconds: bool) -> float:
+    """A time: units of 100 ns, or seconds, as one with a decimal point (comma) is anyway."""
+    return comma_number(text) if seconds or "." in text or "," in text else whole(text) / UNIT
 
 
 def _words(begins: list[tuple[float, str]], phones: Tier) -> Tier:

@@ -12,12 +12,16 @@ from dnnvss.timing import Segment, Tier
 _LONG = {"sil", "<sil>", "silence", "h#", "#h", "pau", "<s>", "</s>", "sent-start", "sent-end", "!enter", "!exit"}
 _SHORT = {"sp", "<sp>", "ssil", "#"}
 _EMPTY = {"", "<eps>", "_", "-", "<p:>"}
-_WORD_PAUSES = (_LONG | _SHORT | _EMPTY) - {"silence"}  # which is a word of English too
+_NOISES = {"br", "cg", "lg", "ls", "ns", "<br>", "breath", "noise", "##"}
+"""Breaths, coughs, laughter, smacks and noises of the Penn aligner and others, which are no speech."""
+_WORD_PAUSES = (_LONG | _SHORT | _EMPTY | {f"{{{noise}}}" for noise in _NOISES}) - {"silence"}  # a word of English too
 _PLACE = re.compile(r"_[BIES]$")
 """Where in its word a phone is, as Kaldi writes it."""
 _FULL_CONTEXT = re.compile(r"-([^-+^@/]+)\+")
 _ALIASES = {"AX": "AH", "AXR": "ER", "IX": "IH", "EL": "L", "EM": "M", "EN": "N", "DX": "T", "NX": "N", "HV": "HH",
-            "UX": "UW", "AX-H": "AH", "ENG": "NG"}
+            "UX": "UW", "AX-H": "AH", "ENG": "NG", "Q": "T", "EPI": "sp"}
+_CLOSURES = {"bcl": ("B",), "dcl": ("D", "JH"), "gcl": ("G",), "pcl": ("P",), "tcl": ("T", "CH"), "kcl": ("K",)}
+"""The closures of TIMIT, each with the stops that may follow it."""
 
 
 def phone_of(label: str) -> str:
@@ -36,12 +40,12 @@ def phone_of(label: str) -> str:
     lower = name.lower()
     if lower in _EMPTY:
         return ""
-    if lower in _LONG:
+    if lower in _LONG or lower in _NOISES:
         return SILENCE
     if lower in _SHORT:
         return SHORT_PAUSE
     phone = strip_stress(name.upper())
-    phone = _ALIASES.get(phone, phone)
+    phone = _CLOSURES[lower][0] if lower in _CLOSURES else _ALIASES.get(phone, phone)
     if phone in PHONES:
         return phone
     if lower == "spn":
@@ -54,8 +58,8 @@ def phone_of(label: str) -> str:
 def phones_of(labels: Iterable[str]) -> Callable[[str], tuple[str, ...]]:
     """What reads the labels of a tier: ARPAbet, or where some are none, the International Phonetic Alphabet or SAMPA.
 
-    A sign may stand for two phones (\u026a\u0259). Where no alphabet has them all, ARPAbet is taken: what reads it
-    names the label.
+    A sign may stand for two phones (\u026a\u0259). Where no alphabet has them all, the one that
+    has most is taken: what reads it names the label.
     """
     known = {label.strip() for label in labels}
 
@@ -65,20 +69,21 @@ def phones_of(labels: Iterable[str]) -> Callable[[str], tuple[str, ...]]:
     def other(alphabet: str) -> Callable[[str], tuple[str, ...]]:
         def read(label: str) -> tuple[str, ...]:
             name = label.strip().lower()
-            if name in _EMPTY | _LONG | _SHORT or name == "spn":
+            if name in _EMPTY | _LONG | _SHORT | _NOISES or name == "spn":
                 return own(label)
             return single_sound(label.strip(), alphabet)
 
         return read
 
-    for reader in (own, other("ipa"), other("x-sampa")):
-        try:
-            for label in known:
-                reader(label)
-        except DnnvssError:
-            continue
-        return reader
-    return own
+    readers = (own, other("ipa"), other("x-sampa"))
+    return min(readers, key=lambda reader: sum(not _reads(reader, label) for label in known))
+
+
+def _reads(reader: Callable[[str], tuple[str, ...]], label: str) -> bool:
+    try:
+        return bool(reader(label))
+    except DnnvssError:
+        return False
 
 
 def word_of(label: str) -> str:
@@ -93,11 +98,23 @@ def phone_tier(segments: list[Segment]) -> Tier:
     An interval without a name is ``sil`` at either end and ``sp`` elsewhere.
     """
     read = phones_of(s.label for s in segments)
+    segments = _released(segments)
     named = [part for s in segments for part in _parted(s, read(s.label))]
     last = len(named) - 1
     pauses = [SILENCE if i in (0, last) else SHORT_PAUSE for i in range(len(named))]
     named = [s if s.label else s._replace(label=pause) for s, pause in zip(named, pauses, strict=True)]
     return Tier("phones", _merged(named, SILENCES))
+
+
+def _released(segments: list[Segment]) -> list[Segment]:
+    """The segments, closures of TIMIT made one with the stop that they are of."""
+    found: list[Segment] = []
+    for segment in segments:
+        before = found[-1].label.strip().lower() if found else ""
+        if strip_stress(segment.label.strip().upper()) in _CLOSURES.get(before, ()) and segment.start == found[-1].end:
+            segment = segment._replace(start=found.pop().start)
+        found.append(segment)
+    return found
 
 
 def _parted(segment: Segment, phones: Sequence[str]) -> list[Segment]:

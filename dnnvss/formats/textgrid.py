@@ -10,7 +10,8 @@ from dnnvss.formats.praat import BINARY, CutShortError, PraatGrid, PraatTier, pa
 from dnnvss.timing import Alignment, Segment, Tier
 
 _REMEDY = "Open the file in Praat and save it again as text"
-_NAMES = {"phones": ("phones", "phone", "phonemes", "segments", "mau"), "words": ("words", "word", "ort-mau")}
+_NAMES = {"phones": ("phones", "phone", "phonemes", "phoneme", "phn", "segments", "segment", "mau"),
+          "words": ("words", "word", "wrd", "ort-mau")}
 
 
 def read_textgrid(path: str | Path) -> Alignment:

@@ -23,7 +23,7 @@ _NAMES = {
     "kind": ("type", "tier"),
 }
 """What tools call the columns; of several for one thing, the first counts."""
-_UNIT = re.compile(r"[ _]*[\[(]?\b(s|sec|secs|seconds|ms|msec|milliseconds)\b[\])]?$")
+_UNIT = re.compile(r"[ _]*[\[(]?(?<![^\W_])(s|sec|secs|seconds|ms|msec|milliseconds)[\])]?$")
 _WORDS, _PHONES = ("word", "words"), ("phone", "phones")
 
 

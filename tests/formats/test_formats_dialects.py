@@ -1,0 +1,64 @@
+"""Alignments in the labels, columns and times of several tools."""
+
+from pathlib import Path
+
+import pytest
+
+from dnnvss.errors import DnnvssError
+from dnnvss.formats import read_alignment
+from dnnvss.formats.labels import phone_tier, word_of
+from dnnvss.timing import Segment
+
+
+def labels(*written: str) -> list[tuple[float, str]]:
+    """What comes of labels that last a tenth of a second each: start and phone."""
+    tier = phone_tier([Segment(k / 10, (k + 1) / 10, label) for k, label in enumerate(written)])
+    return [(round(s.start, 3), s.label) for s in tier]
+
+
+def test_closures_of_timit_are_of_their_stops() -> None:
+    found = labels("h#", "tcl", "t", "ix", "dcl", "jh", "bcl", "epi", "kcl", "k", "q", "h#")
+    assert found == [(0.0, "sil"), (0.1, "T"), (0.3, "IH"), (0.4, "JH"), (0.6, "B"), (0.7, "sp"), (0.8, "K"),
+                     (1.0, "T"), (1.1, "sil")]
+
+
+def test_noises_of_the_penn_aligner_are_silence() -> None:
+    assert labels("sp", "br", "HH", "AY1", "lg", "sp") == [(0.0, "sil"), (0.2, "HH"), (0.3, "AY"), (0.4, "sil")]
+    assert [word_of(w) for w in ("{BR}", "{lg}", "sp", "HI")] == ["", "", "", "HI"]
+
+
+def test_the_label_that_no_alphabet_has_is_named() -> None:
+    with pytest.raises(DnnvssError, match="'6' is no sound"):
+        labels("h", "@", "l", "@U", "6", "3:", "tS")
+    with pytest.raises(DnnvssError, match="unknown phone 'own'"):
+        labels("hh", "ah", "l", "own")
+    assert [phone for _, phone in labels("ç", "ə", "t̪", "əw")] == ["HH", "AH", "T", "OW"]
+
+
+def test_whole_seconds_among_others_are_seconds(tmp_path: Path) -> None:
+    path = tmp_path / "a.lab"
+    path.write_text("0 0.5 sil\n0.5 0.6 hh\n0.6 1 ow\n1 2 sil\n")
+    assert read_alignment(path)["phones"].edges.tolist() == [0, 0.5, 0.6, 1, 2]
+    path.write_text("0.0 5000000 sil\n5000000 6000000 hh\n6000000 20000000 sil\n")
+    assert read_alignment(path)["phones"].edges.tolist() == [0, 0.5, 0.6, 2]
+
+
+@pytest.mark.parametrize(("head", "unit"), [
+    ("start_ms,end_ms,word", 1000), ("start (ms),end (ms),word", 1000), ("start_s,end_s,word", 1),
+    ("starts,ends,word", 0),
+])
+def test_units_in_the_names_of_columns(tmp_path: Path, head: str, unit: int) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(f"{head}\n{unit * 0.5},{unit * 1.0},hello\n")
+    if unit:
+        assert read_alignment(path)["words"].edges.tolist() == [0, 0.5, 1]
+    else:
+        with pytest.raises(DnnvssError, match="is not start,end,word"):
+            read_alignment(path)
+
+
+def test_names_of_tiers(tmp_path: Path) -> None:
+    path = tmp_path / "a.TextGrid"
+    path.write_text('File type = "ooTextFile"\nObject class = "TextGrid"\n0\n1\n<exists>\n2\n"IntervalTier"\n"wrd"\n0\n1\n'
+                    '1\n0\n1\n"hi"\n"IntervalTier"\n"phn"\n0\n1\n2\n0\n0.5\n"HH"\n0.5\n1\n"AY1"\n')
+    assert {tier.name: tier.labels for tier in read_alignment(path).tiers} == {"words": ("hi",), "phones": ("HH", "AY")}
