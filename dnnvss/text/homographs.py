@@ -10,6 +10,7 @@ from typing import Any
 from dnnvss.errors import DnnvssError
 from dnnvss.phones import VOWELS
 from dnnvss.text.derive import past, plural
+from dnnvss.text.lexicon import dictionary
 from dnnvss.text.tokens import word_set
 
 Phones = tuple[str, ...]
@@ -52,8 +53,10 @@ def rules_of(word: str) -> Rules:
             continue
         if ending == "s":
             return tuple((condition, _weak(plural(phones))) for condition, phones in rules)
-        verbs = [phones for condition, phones in rules if condition.startswith("V")]
-        verb = verbs[0] if verbs else next(p for c, p in rules if c == "*")
+        verb = next((phones for condition, phones in rules if condition == "V"), None)
+        if verb is None and word in dictionary():
+            return ()
+        verb = verb or next(p for c, p in rules if c.startswith("V") or c == "*")
         return (("*", _weak(past(verb)) if ending == "ed" else (*verb, "IH0", "NG")),)
     return ()
 
@@ -75,7 +78,7 @@ def _stems(word: str) -> list[tuple[str, str]]:
                 found.append((word[:-3] + "y", ending))
             elif word.endswith(("ses", "xes", "ches", "shes")):
                 found.append((word[:-2], ending))
-            if stem[-1] == stem[-2]:
+            if stem[-1] == stem[-2] and ending != "s":
                 found.append((stem[:-1], ending))
     return found
 
@@ -135,7 +138,7 @@ def _holds(condition: str, words: Sequence[str], index: int, tag: Sequence[str],
         return any(w.startswith(stem) if len(stem) > 3 else w == stem for w in around for stem in wanted)
     if kind in ("next", "prev"):
         at = index + (1 if kind == "next" else -1)
-        return 0 <= at < len(words) and words[at] in wanted
+        return (words[at] if 0 <= at < len(words) else ".") in wanted
     if kind == "nextN":
         return index + 1 < len(words) and tag[index + 1].startswith(("NN", "NP", "AJ"))
     if kind == "V":

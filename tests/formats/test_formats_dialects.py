@@ -59,6 +59,6 @@ def test_units_in_the_names_of_columns(tmp_path: Path, head: str, unit: int) -> 
 
 def test_names_of_tiers(tmp_path: Path) -> None:
     path = tmp_path / "a.TextGrid"
-    path.write_text('File type = "ooTextFile"\nObject class = "TextGrid"\n0\n1\n<exists>\n2\n"IntervalTier"\n"wrd"\n0\n1\n'
-                    '1\n0\n1\n"hi"\n"IntervalTier"\n"phn"\n0\n1\n2\n0\n0.5\n"HH"\n0.5\n1\n"AY1"\n')
+    path.write_text('File type = "ooTextFile"\nObject class = "TextGrid"\n0\n1\n<exists>\n2\n"IntervalTier"\n"wrd"\n0\n'
+                    '1\n1\n0\n1\n"hi"\n"IntervalTier"\n"phn"\n0\n1\n2\n0\n0.5\n"HH"\n0.5\n1\n"AY1"\n')
     assert {tier.name: tier.labels for tier in read_alignment(path).tiers} == {"words": ("hi",), "phones": ("HH", "AY")}

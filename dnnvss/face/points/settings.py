@@ -15,8 +15,8 @@ class PointsSettings:
     Args:
         points: which landmarks are modelled, and which are stable.
         modes: ``raw`` (the points themselves), or how many principal components, or the share of variance to keep if it
-            is below 1. On GRID lips follow phones equally well either way (docs/results/face.md); nothing is left out of
-            the points themselves, and each has a name.
+            is below 1. On GRID lips follow phones equally well either way (docs/results/face.md); nothing is left out
+            of the points themselves, and each has a name.
         pose_smoothing: time constant in seconds over which head pose is smoothed; 0 leaves it as tracked.
         clip_means: remove each clip's mean shape before the modes are learnt.
         outlier: robust standard deviations beyond which a frame is left out.
