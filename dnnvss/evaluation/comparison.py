@@ -13,7 +13,7 @@ from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.measures import MEASURES, frame_errors
 from dnnvss.evaluation.report import number
-from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, differences, enough, estimate, holm, pooled
+from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, differences, enough, estimate, holm, p_value, pooled
 from dnnvss.face.base import APERTURE
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.phones.articulation import ARTICULATION
@@ -179,7 +179,7 @@ class Comparison:
 
     def _tests_text(self) -> str:
         kept, without = self.telling()
-        rows = [[title, names, _interval(Estimate(d.value, d.low, d.high)), f"{d.p:.4f}", f"{p:.4f}"]
+        rows = [[title, names, _interval(Estimate(d.value, d.low, d.high)), p_value(d.p), p_value(p)]
                 for title, names, d, p in kept]
         head = ["metric", "systems", "difference", "p (permutation)", "p (Holm)"]
         return "\n\n".join([*self.tested, *([markdown_numbers(head, rows)] if rows else []), *left_out(without)])

@@ -16,7 +16,7 @@ from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions, left_out
 from dnnvss.evaluation.report import number
 from dnnvss.evaluation.sections import Section
-from dnnvss.evaluation.statistics import Estimate, pooled
+from dnnvss.evaluation.statistics import Estimate, p_value, pooled
 from dnnvss.face.base import APERTURE, Face
 from dnnvss.pages import document, wide
 from dnnvss.timing import FrameClock
@@ -161,7 +161,7 @@ def _tests(result: Comparison) -> str:
     rows = []
     for title, names, d, p in kept:
         span = number(d.low) if np.isnan(d.low) else f"{number(d.low)} to {number(d.high)}"
-        cells = [html.escape(title), html.escape(names), number(d.value), span, f"{d.p:.4f}", f"{p:.4f}"]
+        cells = [html.escape(title), html.escape(names), number(d.value), span, html.escape(p_value(d.p)), p_value(p)]
         rows.append(("system", cells))
     head = ["metric", "systems", "difference", "95 % interval", "p (permutation)", "p (Holm)"]
     table = wide(_table(head, rows), "Paired differences") if rows else ""

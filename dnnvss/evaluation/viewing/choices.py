@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dnnvss.evaluation.statistics import p_value
 from dnnvss.evaluation.viewing.agreement import krippendorff
 from dnnvss.evaluation.viewing.judgements import Judgements
 from dnnvss.evaluation.viewing.shares import Share, exact_share, mean_interval, sensitivity, share_over_viewers
@@ -17,7 +18,6 @@ from dnnvss.evaluation.viewing.tables import (
     names_of,
     number,
     own_means,
-    p_value,
 )
 
 

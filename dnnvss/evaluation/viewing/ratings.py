@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.statistics import holm
+from dnnvss.evaluation.statistics import holm, p_value
 from dnnvss.evaluation.viewing.agreement import krippendorff
 from dnnvss.evaluation.viewing.judgements import Judgements
 from dnnvss.evaluation.viewing.mixed import MOST, fit_mixed
@@ -23,7 +23,6 @@ from dnnvss.evaluation.viewing.tables import (
     number,
     over_viewers,
     own_means,
-    p_value,
 )
 
 

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from dnnvss.evaluation.statistics import holm
+from dnnvss.evaluation.statistics import holm, p_value
 from dnnvss.evaluation.viewing.shares import Share
 from dnnvss.evaluation.viewing.sheet import Sheet
 
@@ -51,11 +51,6 @@ class Found:
 def number(value: float, digits: int = 3) -> str:
     """A number in a table, a dash where there is none."""
     return NONE if np.isnan(value) else f"{value:.{digits}f}"
-
-
-def p_value(p: float) -> str:
-    """A p in a table."""
-    return NONE if np.isnan(p) else "< .0001" if p < 1e-4 else f"{p:.4f}"
 
 
 def interval(share: Share | Score, digits: int = 3) -> str:
