@@ -16,6 +16,7 @@ import joblib
 from aam_reconstruction import settings
 
 from dnnvss.corpus import Corpus
+from dnnvss.face.aam import ActiveAppearanceModel
 from dnnvss.face.encoding import encode_corpus
 
 
@@ -36,6 +37,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder, joblib.parallel_config(n_jobs=1):
             encoded = encode_corpus(corpus, splits, settings(name), folder, progress=False)
             model, error = encoded.face, encoded.report["reconstruction"]["val"]
+            assert isinstance(model, ActiveAppearanceModel)
             kinds = Counter(parameter.rstrip("0123456789") for parameter in model.names)
             counts = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
             print(f"| {name} | {len(model.mean_shape)} | {counts} | {error['pixels']:.3f} | "

@@ -21,7 +21,7 @@ from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from dnnvss.corpus import Corpus
-from dnnvss.face.aam import AAMConfig
+from dnnvss.face.aam import AAMConfig, ActiveAppearanceModel
 from dnnvss.face.aam.coding import measure_clip
 from dnnvss.face.clips import corpus_clips
 from dnnvss.face.encoding import EncodedCorpus, encode_corpus
@@ -60,6 +60,7 @@ def rate(work: Callable[[], int]) -> float:
 def speeds(corpus: Corpus, encoded: EncodedCorpus) -> dict[str, float]:
     """Return frames a second on one core of each step."""
     model = encoded.face
+    assert isinstance(model, ActiveAppearanceModel)
     clips = corpus_clips(corpus, [corpus.utterances[i] for i in encoded.splits["test"][:4]])
     points, valid = clips[0].read_points(model.layout.needed)
     first = next(iter(clips[0].images()))
@@ -101,6 +102,7 @@ def main() -> None:
                   flush=True)
             if variant is config:
                 first, took = encoded, seconds
+        assert isinstance(first.face, ActiveAppearanceModel)
         print(f"\nfit and encoding of the first row: {took:.0f} s; {first.face.size} parameters, "
               f"{len(first.face.mean_texture)} texture pixels, {len(first.report['outliers'])} clips with outliers, "
               f"{len(first.report['off_colour'])} off-colour")

@@ -21,6 +21,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from dnnvss import files
 from dnnvss.face.aam import PointSet, Warp
 from dnnvss.face.aam.search import track
 from dnnvss.face.aam.search.choose import choose_frames
@@ -77,9 +78,9 @@ def lip_error(found: np.ndarray, true: np.ndarray) -> np.ndarray:
 
 def tracked(model: SearchModel, talks: list[Talk]) -> None:
     """Print what tracking from nothing gives."""
-    errors, flags, silent, judged = {}, {}, 0, 0
+    errors, flags, silent, judged = dict[str, float](), dict[str, int](), 0, 0
     for talk in talks:
-        found = track(model, talk.images)
+        found = track(model, list(talk.images))
         error = lip_error(found.points, talk.points)
         both = found.valid & talk.valid
         errors[talk.id] = float(error[both].mean())
@@ -147,7 +148,7 @@ def recovery(images: list[np.ndarray], points: np.ndarray, variance: float) -> n
     random = np.random.default_rng(1)
     images = [cv2.GaussianBlur(image, (0, 0), SMOOTH) for image in images]
     model = fit_search(images, points, SearchSettings(shape_variance=variance, tolerance=0.02, iterations=30))
-    shapes = np.stack([model.shapes.project(np.float32(p.T))[1] for p in points])
+    shapes = np.stack([model.shapes.project(p.T.astype(np.float32))[1] for p in points])
     codes = np.stack([code(model, i, p) for i, p in zip(images, points, strict=True)])
     distances = []
     for _ in range(TRIALS):
@@ -169,7 +170,7 @@ def code(model: SearchModel, image: np.ndarray, points: np.ndarray) -> np.ndarra
     """Return the coefficients (m,) of a grey picture's texture at the finest level under points (P, 2)."""
     level = model.levels[-1]
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    return level.explain(level.sample(grey, np.float32(points.T)))[0]
+    return level.explain(level.sample(grey, points.T.astype(np.float32)))[0]
 
 
 def drawn(model: SearchModel, size: tuple[int, int], points: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
@@ -207,7 +208,7 @@ def peer(python: Path, images: list[np.ndarray], points: np.ndarray, talks: list
         arrays["clips"], arrays["frames"] = (np.array([s[k] for s in several]) for k in (0, 1))
         arrays["frames"] = arrays["frames"] - np.array([first(talks[s[0]]) for s in several])
         arrays["starts"] = np.stack([s[2] for s in several])
-        np.savez(Path(folder) / "work.npz", **arrays)
+        files.write_arrays(Path(folder) / "work.npz", **arrays)
         subprocess.run([str(python), str(PEER), str(Path(folder) / "work.npz")], check=True,
                        env={**os.environ, "PYTHONWARNINGS": "ignore"})
 

@@ -9,6 +9,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import time
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +37,7 @@ from dnnvss.timing import FrameClock
 SECONDS, PIECE = 3, 320
 CLOCK = FrameClock(100)
 SOUND = Sound(np.random.default_rng(0).normal(0, 0.05, SECONDS * RATE).astype(np.float32), RATE)
-ANALYSES: tuple[type[Analysis], ...] = (LogMel, Mfcc, Lpc, Lsf, Formants, Energy, Voicing)
+ANALYSES: tuple[Any, ...] = (LogMel, Mfcc, Lpc, Lsf, Formants, Energy, Voicing)
 FORMS = (Encoder(causal=True), Encoder(causal=True, hop=4, ahead=6), Encoder(causal=True, window=100, hop=4, ahead=6))
 
 
@@ -47,8 +49,9 @@ def share(work: Callable[[], object]) -> str:
     return f"{100 * (time.process_time() - start) / SECONDS:.1f} %"
 
 
-def streamed(stream: AcousticStream | EncoderStream) -> None:
-    """Push the sound in pieces of 20 ms."""
+def streamed(kind: Callable[[Any, FrameClock], AcousticStream | EncoderStream], analysis: Analysis | Encoder) -> None:
+    """Push the sound in pieces of 20 ms into a new stream."""
+    stream = kind(analysis, CLOCK)
     for start in range(0, len(SOUND.samples), PIECE):
         stream.push(SOUND.samples[start : start + PIECE])
     stream.finish()
@@ -58,12 +61,12 @@ def main() -> None:
     """Print the table."""
     rows: list[tuple[str, str, str]] = []
     for kind in ANALYSES:
-        rows.append((kind.name, share(lambda k=kind: analyse(SOUND, k(), CLOCK, 0, 100 * SECONDS)),
-                     share(lambda k=kind: streamed(AcousticStream(k(causal=True), CLOCK)))))
+        rows.append((kind.name, share(partial(analyse, SOUND, kind(), CLOCK, 0, 100 * SECONDS)),
+                     share(partial(streamed, AcousticStream, kind(causal=True)))))
     rows.append(("encoder", share(lambda: encoder_outputs(SOUND, Encoder())), ""))
     for form in FORMS:
         name = f"encoder, causal: window {form.window}, hop {form.hop}, ahead {form.ahead}"
-        rows.append((name, "", share(lambda f=form: streamed(EncoderStream(f, CLOCK)))))
+        rows.append((name, "", share(partial(streamed, EncoderStream, form))))
     print(markdown_table(("feature, 100 rows a second", "whole recording", "in pieces of 20 ms"), rows))
 
 

@@ -149,7 +149,7 @@ def refusals(engine: str, cases: Sequence[Spoken], voice: Voice) -> str:
                 print(f"  {kind}, taken for {' '.join(w for w, _ in words)!r}: {np.round(found.scores).tolist()}")
             except UnfitError:
                 refused[kind] += 1
-                heard = hear(voice, sound, words)
+                heard = hear(voice, sound, [(word, list(ways)) for word, ways in words])
                 twice[kind] += not heard.trusted
                 if heard.trusted:
                     print(f"  {kind}, trusted by the own voice: {_fits(heard)}")

@@ -10,7 +10,9 @@ the model's own variance from the validation split.
 
 import argparse
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,11 +48,12 @@ def main() -> None:
     folder = parser.parse_args().run
     run, data = Run.open(folder), read_run(folder)
     bench = make_bench([data])
+    assert bench.face is not None
     clock, windows = run.task.clock, run.task.windows
     training, validation = load(folder, run, "train"), load(folder, run, "val")
-    talker = Talker.of([e.targets[:, 0] for e in training], tiers(training), clock, bench.face.model)
+    talker = Talker.of([e.measured[0][:, 0] for e in training], tiers(training), clock, bench.face)
     held_out = [mlpg(p.mean, p.variance, windows) for p in predictions(run, validation)]
-    talker = talker.knowing(held_out, [e.targets[:, 0] for e in validation], tiers(validation), clock)
+    talker = talker.knowing(held_out, [e.measured[0][:, 0] for e in validation], tiers(validation), clock)
     test = load(folder, run, "test")
     predicted = dict(zip([e.id for e in test], predictions(run, test), strict=True))
     table, spent = styles(run, test, predicted, talker, training)
@@ -91,7 +94,7 @@ def styles(run: Run, test: list[Example], predicted: dict[str, Prediction], talk
     table: dict[str, dict[str, np.ndarray]] = {}
     spent: dict[str, float] = {}
 
-    def add(name: str, make) -> None:
+    def add(name: str, make: Callable[..., Any]) -> None:
         start = time.perf_counter()
         table[name] = {e.id: np.asarray(make(e, predicted[e.id])) for e in test}
         spent[name] = 1000 * (time.perf_counter() - start) / len(test)
@@ -101,7 +104,7 @@ def styles(run: Run, test: list[Example], predicted: dict[str, Prediction], talk
     add("static means, smoothing spline 8 Hz", lambda e, p: smoothing_spline(p.mean[:, 0], clock, 8.0))
     for name, style in STYLES.items():
         add(name, lambda e, p, s=style: generate(p.mean, p.variance, e.alignment["phones"], clock, talker, s, windows))
-    gv = GlobalVariance.of([e.targets[:, 0] for e in training])
+    gv = GlobalVariance.of([e.measured[0][:, 0] for e in training])
     for weight in GV_WEIGHTS:
         add(f"global-variance term, weight {weight:g}",
             lambda e, p, w=weight: with_global_variance(mlpg(p.mean, p.variance, windows), p.variance, gv, w, windows))
@@ -126,13 +129,13 @@ def streaming(predicted: dict[str, Prediction], windows: Windows, clock: FrameCl
     print("\nstreaming: distance from offline in standard deviations of the offline trajectory, first five")
     rows = []
     for lag in (8, 12, 16, 19, 24):
-        apart = []
+        each = []
         for p in list(predicted.values())[:20]:
             offline = mlpg(p.mean.astype(float), p.variance, windows)
             stream = Stream(offline.shape[1], lag, windows)
             online = np.concatenate([stream.push(p.mean, p.variance), stream.finish()])
-            apart.append(np.abs(online - offline)[:, :5] / offline.std(axis=0)[:5])
-        apart = np.concatenate(apart)
+            each.append(np.abs(online - offline)[:, :5] / offline.std(axis=0)[:5])
+        apart = np.concatenate(each)
         rows.append([f"lag {lag}", f"{1000 * (lag + 1) / float(clock.rate):.0f}", f"{np.sqrt((apart**2).mean()):.4f}",
                      f"{np.quantile(apart, 0.99):.4f}", f"{apart.max():.4f}"])
     print(aligned(["", "first output after (ms)", "rms", "99 %", "max"], rows))

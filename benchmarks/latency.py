@@ -133,7 +133,7 @@ def main() -> None:
         for _ in range(options.repeats):
             frames = speak(run, renderer, style, options.seconds, timed)
             speak_beside(run, request, timed)
-        plain = sum(timed.median(s) for s in TO_TRAJECTORY)
+        plain = np.sum([timed.median(s) for s in TO_TRAJECTORY], axis=0)
         lively = plain - timed.median("MLPG") + timed.median("articulated instead")
         print(f"\n{folder.name}, {frames} frames")
         for stage in STAGES:

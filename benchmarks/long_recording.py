@@ -83,9 +83,12 @@ def joined(grid: Path, clips: Sequence[Path], folder: Path, plain: bool) -> list
             with opened(clip) as source:
                 video = source.streams.video[0]
                 stream = stream or out.add_stream_from_template(video)
+                assert video.time_base is not None and video.average_rate is not None
                 base, step = Fraction(video.time_base), round(1 / video.average_rate / video.time_base)
                 own = [packet for packet in source.demux(video) if packet.size]
-            packets += [(packet, packet.pts + at, packet.dts + at) for packet in own]
+            for packet in own:
+                assert packet.pts is not None and packet.dts is not None
+                packets.append((packet, packet.pts + at, packet.dts + at))
             heard, late = timed_audio(clip, RATE)
             heard = np.pad(heard, (max(round(late * RATE), 0), 0))
             count = round((at + len(own) * step) * base * RATE) - sum(map(len, sounds))
@@ -99,6 +102,7 @@ def joined(grid: Path, clips: Sequence[Path], folder: Path, plain: bool) -> list
                     points.append(marks["points"])
                     valid.append(marks["valid"])
             at += len(own) * step
+        assert stream is not None
         track = SoundTrack(out, np.concatenate(sounds), RATE)
         for packet, pts, dts in packets:
             packet.pts, packet.dts, packet.stream = pts, dts, stream

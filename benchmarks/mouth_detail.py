@@ -17,7 +17,7 @@ import numpy as np
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.face_figures import find_face
-from dnnvss.face.aam import encode_clip
+from dnnvss.face.aam import ActiveAppearanceModel, encode_clip
 from dnnvss.media import read_video
 from dnnvss.render import Footage, Revoicer
 from dnnvss.render.patch import Patch
@@ -39,6 +39,7 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=25, help="validation clips")
     arguments = parser.parse_args()
     model, root = find_face(arguments.folder)
+    assert isinstance(model, ActiveAppearanceModel)
     corpus = Corpus.open(root)
     amounts = (0.0, 0.4, 0.7, 1.0)
     sums = {amount: np.zeros(4) for amount in amounts}

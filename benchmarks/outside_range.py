@@ -117,17 +117,17 @@ def add(counts: Counts, renderer: Renderer, parameters: np.ndarray, span: tuple[
 
 def count_run(run: Run, style: str, texts: Iterator[str]) -> tuple[Counts, Renderer]:
     """What random sentences of a run look like in a style of ``conf/style``."""
-    counts, renderer = Counts(), None
+    counts, renderer = Counts(), list[Renderer]()
     chosen = make_style(compose_style(style), run.face)
     reach = run.generator.talker.reach
     assert reach is not None, "the run was trained before ranges were learnt"
     for text in texts:
         spoken = speak(run, SpeakRequest(text, engine="none", style=chosen))
-        renderer = renderer or spoken.stage.pictures  # type: ignore[assignment]
-        assert isinstance(renderer, Renderer)
-        add(counts, renderer, spoken.trajectory, reach.spans[APERTURE], run.face.deviations)
-    assert renderer is not None
-    return counts, renderer
+        if not renderer:
+            assert isinstance(spoken.stage.pictures, Renderer)
+            renderer.append(spoken.stage.pictures)
+        add(counts, renderer[0], spoken.trajectory, reach.spans[APERTURE], run.face.deviations)
+    return counts, renderer[0]
 
 
 def compose_style(name: str):  # type: ignore[no-untyped-def]

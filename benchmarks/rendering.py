@@ -25,6 +25,7 @@ import numpy as np
 from aam_reconstruction import settings
 
 from dnnvss.corpus import Corpus
+from dnnvss.face.aam import ActiveAppearanceModel, ClipCode
 from dnnvss.face.encoding import encode_corpus
 from dnnvss.media import read_video
 from dnnvss.render import Footage, Renderer, Revoicer, choose_neutral, walk
@@ -82,7 +83,7 @@ def works(
         for index in range(len(meshes)):
             renderer.composite(plan, index)
 
-    def remap(kind: int) -> Callable[[], None]:
+    def remap(kind: int) -> Callable[[], object]:
         return lambda: deque((cv2.remap(renderer.atlas, x, y, kind) for x, y in maps), maxlen=0)
 
     found = {
@@ -112,15 +113,19 @@ def main() -> None:
               "test": [u.id for u in corpus.split("test")][:4]}
     with tempfile.TemporaryDirectory() as folder, joblib.parallel_config(n_jobs=1):
         encoded = encode_corpus(corpus, splits, settings(arguments.aam or corpus.info.name), folder, progress=False)
-        renderer = Renderer(encoded.face, choose_neutral(corpus, encoded))
+        face = encoded.face
+        assert isinstance(face, ActiveAppearanceModel)
+        renderer = Renderer(face, choose_neutral(corpus, encoded))
         parameters = np.concatenate([encoded.clip(i).parameters for i in splits["test"]])
         clip = corpus.utterances[splits["test"][0]]
-        footage, _ = Footage(read_video(corpus.path(clip, "video")), encoded.clip(clip.id), clip.rate).usable()
-        revoicer = Revoicer(encoded.face, footage, walk(footage.code.pose, len(parameters), "pingpong"))
+        code = encoded.clip(clip.id)
+        assert isinstance(code, ClipCode)
+        footage, _ = Footage(read_video(corpus.path(clip, "video")), code, clip.rate).usable()
+        revoicer = Revoicer(face, footage, walk(footage.code.pose, len(parameters), "pingpong"))
     height, width = renderer.painter.size
-    print(f"{corpus.info.name}, {renderer.size[0]} x {renderer.size[1]}: {len(encoded.face.mean_shape)} points, "
+    print(f"{corpus.info.name}, {renderer.size[0]} x {renderer.size[1]}: {len(face.mean_shape)} points, "
           f"{len(renderer.painter.triangles)} triangles, {width} x {height} pixels that move, "
-          f"{len(encoded.face.mean_texture)} of them textured\n")
+          f"{len(face.mean_texture)} of them textured\n")
     found = rates(works(renderer, revoicer, parameters))
     ours = found["decode, warp, composite"]
     print("| | frames a second, one core | against ours |\n|---|---|---|")

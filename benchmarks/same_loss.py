@@ -48,7 +48,8 @@ def corpus_examples(folder: Path) -> Examples:
         config = compose("train", overrides=["corpus=demo", f"corpus.out={folder}", "labels=ph"])
     settings, corpus = run_settings(config), Corpus.open(folder)
     examples = split_examples(settings.task, corpus, encode(settings, corpus), settings.split)
-    return {name: [replace(e, targets=np.float32(e.targets)) for e in part] for name, part in examples.items()}
+    return {name: [replace(e, targets=e.measured[0].astype(np.float32)) for e in part]
+            for name, part in examples.items()}
 
 
 @contextmanager

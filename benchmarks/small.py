@@ -82,9 +82,9 @@ def scored(said: dict[str, dict[str, np.ndarray]], examples: list[Example], made
 
 def gain(report: Report, system: str) -> str:
     """How much a system gains over the means of phones, with its interval and p."""
-    pairs = [np.stack([np.nan_to_num(v), ~np.isnan(v)], axis=1).astype(float)
-             for v in (report.sentences(name, "correlation") for name in ("phone_mean", system))]
-    d = difference(*pairs)
+    means, own = [np.stack([np.nan_to_num(v), ~np.isnan(v)], axis=1).astype(float)
+                  for v in (report.sentences(name, "correlation") for name in ("phone_mean", system))]
+    d = difference(means, own)
     return f"{d.value:+.3f} ({d.low:+.3f} to {d.high:+.3f}), p {d.p:.3f}"
 
 

@@ -65,7 +65,7 @@ def main() -> None:
     settings = [a for a in options.runs if "=" in a] or ["speech=none"]
     with tempfile.TemporaryDirectory() as folder:
         mark = Path(folder) / "mark.json"
-        jobs = {"import torch": (TORCH, [])}
+        jobs: dict[str, tuple[str, list[str]]] = {"import torch": (TORCH, [])}
         for run in (a for a in options.runs if "=" not in a):
             said = [f"run={run}", f"text={TEXT}", f"out={folder}/a.mp4", *settings]
             jobs[run] = (PROGRAM, [str(ROOT / "synth.py"), *said])
@@ -73,7 +73,7 @@ def main() -> None:
             listed = Path(folder) / f"modules{len(jobs)}.json"
             listed.write_text(json.dumps(started(*jobs[run], mark)[1]))
             jobs[f"imports of {run}"] = (IMPORTS, [str(listed)])
-        times = {name: [] for name in jobs}
+        times: dict[str, list[list[float]]] = {name: [] for name in jobs}
         for _ in range(options.repeats):
             for name, (program, arguments) in jobs.items():
                 times[name].append(started(program, arguments, mark)[0])

@@ -32,7 +32,7 @@ def synthetic_store(table: FeatureTable, frames: int, seed: int = 0) -> CodeStor
     for name in ("phone", "viseme"):
         arrays[name] = arrays[f"{name}_code"][arrays[f"{name}_segment"]]
     arrays |= _context(arrays, rng)
-    typed = {name: np.ascontiguousarray(arrays[name], dtype=field.dtype)
+    typed: dict[str, np.ndarray] = {name: np.ascontiguousarray(arrays[name], dtype=field.dtype)
              for name, field in array_fields(("phones", "visemes"), table.settings).items()}
     return CodeStore(table, typed, "100", ids=tuple(f"u{i}" for i in range(count)))
 

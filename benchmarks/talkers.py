@@ -68,10 +68,10 @@ def together(made: dict[str, Material], others: dict[str, Material], balance: fl
     said: dict[str, Said] = {name: {} for name in made}
     dealt = {name: folded(own.examples["test"], folds) for name, own in made.items()}
     for k in range(folds):
-        given = [{**{name: own[k][kind] for name, own in dealt.items()},
-                  **{name: own.examples[kind] for name, own in others.items()}} for kind in ("train", "val")]
+        train, val = [{**{name: own[k][kind] for name, own in dealt.items()},
+                       **{name: own.examples[kind] for name, own in others.items()}} for kind in ("train", "val")]
         with tempfile.TemporaryDirectory() as scratch:
-            models = fit(*given, Path(scratch))
+            models = fit(train, val, Path(scratch))
         for name, own in dealt.items():
             said[name] |= spoken(models[name], own[k]["test"], made[name])
     return said

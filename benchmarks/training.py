@@ -81,7 +81,7 @@ class Watch(Callback):
     """Ends a fit when its time is over and keeps the time between the starts of its blocks of steps."""
 
     def __init__(self, seconds: float) -> None:
-        self.seconds, self.starts, self.steps = seconds, [], []
+        self.seconds, self.starts, self.steps = seconds, list[float](), list[int]()
 
     def on_train_batch_start(self, trainer: L.Trainer, module: L.LightningModule, block: list, index: int) -> None:
         if torch.cuda.is_available():
