@@ -251,6 +251,14 @@ def test_pairs_with_a_reference_are_scores_less_that_of_the_reference() -> None:
     assert found.viewer.tolist() == [0, 0, 1] and found.sentence.tolist() == [0, 1, 0]
 
 
+def test_the_order_in_which_the_page_has_the_stimuli_says_nothing() -> None:
+    sheet = sheet_of(design("single"))
+    kept = sheet.stimuli
+    turned = replace(sheet, stimuli=tuple(replace(s, id=kept[-k - 1].id) for k, s in enumerate(kept)))
+    told = [s["id"] for s in turned.public()["stimuli"]]
+    assert told == sorted(told) and told != [s.id for s in turned.stimuli]
+
+
 def test_anchors_are_left_out_whatever_their_names() -> None:
     shows = (("mine", "run"), ("still, or frozen", "frozen"), ("yours", "run"), ("as filmed", "recording"))
     made = tuple(Condition(name, kind, run=1 + (name == "yours")) for name, kind in shows)

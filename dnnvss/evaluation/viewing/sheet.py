@@ -140,11 +140,11 @@ class Sheet:
         return files.write_json(folder / KEY, asdict(self))
 
     def public(self) -> dict[str, Any]:
-        """What the page may know: neither conditions nor sentences."""
+        """What the page may know: neither conditions nor sentences, which the order of the stimuli would tell."""
         told = ("kind", "title", "instructions", "consent", "question", "labels", "tie", "rest", "replays", "phones",
                 "screen", "headphones", "questions")
         stimuli = [{"id": s.id, "seconds": s.seconds, "rate": s.rate, "seed": s.seed, "version": s.version}
-                   for s in self.stimuli]
+                   for s in sorted(self.stimuli, key=lambda s: s.id)]
         return {"id": self.id, **{name: self.design[name] for name in told}, "stimuli": stimuli,
                 "trials": [asdict(t) for t in self.trials], "lists": [list(row) for row in self.lists],
                 "practice": list(self.practice)}
