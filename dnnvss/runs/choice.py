@@ -58,8 +58,9 @@ class Candidate:
 
     @property
     def noise_alters_it(self) -> bool:
-        """Whether the run listens and has heard nothing but its recordings as they are."""
-        return "sound" in self.needs and not self.settings.trainer.get("altered", 0)
+        """Whether the run listens and has heard its recordings only as they are; what is no network never does else."""
+        hardened = self.settings.trainer.get("altered", 0) and "fit" in self.settings.model
+        return "sound" in self.needs and not hardened
 
     @property
     def title(self) -> str:

@@ -14,6 +14,7 @@ import torch
 from lightning.pytorch.callbacks import Callback, EarlyStopping
 from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.plugins.environments import LightningEnvironment
+from lightning.pytorch.utilities.exceptions import MisconfigurationException
 from torch import nn
 from torch.utils.data import DataLoader
 
@@ -103,6 +104,21 @@ def measure(network: nn.Module, objective: Objective, val: Batches) -> float:
 
 
 def _trainer(settings: FitSettings, folder: Path, callbacks: list[Callback]) -> L.Trainer:
+    """Lightning's trainer.
+
+    Raises:
+        DnnvssError: there is no such accelerator here, or so many devices, or no such strategy.
+    """
+    try:
+        return _made(settings, folder, callbacks)
+    except (MisconfigurationException, TypeError, ValueError) as error:
+        s, said = settings, " ".join(str(error).split())[:300]
+        raise DnnvssError(f"nothing here trains with trainer.accelerator={s.accelerator} trainer.devices={s.devices} "
+                          f"trainer.strategy={s.strategy} ({said})",
+                          remedy="Use trainer.accelerator=auto trainer.devices=1 trainer.strategy=auto") from error
+
+
+def _made(settings: FitSettings, folder: Path, callbacks: list[Callback]) -> L.Trainer:
     by_itself = settings.strategy == "alone"  # whatever cluster the process is part of
     return L.Trainer(
         plugins=[WholeCheckpoints(), *([LightningEnvironment()] if by_itself else [])], default_root_dir=folder,

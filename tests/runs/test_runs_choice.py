@@ -88,6 +88,13 @@ def test_headlines_of_other_coefficients_or_sentences_are_not_compared(
     assert best_run(tmp_path, SPOKEN)[0].name == "same"
 
 
+def test_what_is_no_network_is_not_trained_in_noise_whatever_is_asked(tmp_path: Path) -> None:
+    finished(tmp_path, "network", 0.899, 1, "labels=mel", "trainer.altered=3")
+    finished(tmp_path, "linear", 0.9, 2, "labels=mel", "model=cca", "trainer.altered=3")
+    folder, told = best_run(tmp_path, HEARD)
+    assert folder.name == "network" and "trained in noise too" in told
+
+
 def test_phones_need_no_noise_in_training(tmp_path: Path) -> None:
     finished(tmp_path, "both", 0.9, 1, "labels=ph_mel")
     finished(tmp_path, "phones", 0.897, 2)

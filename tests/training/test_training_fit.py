@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -275,6 +276,18 @@ def test_a_validation_error_that_explodes_ends_the_fit_and_keeps_the_last_good_c
                                           r"reduction 'sum', batch size 32\)"):
         network(replace(calm, epochs=2)).fit(examples["train"], spoilt, tmp_path)
     assert (tmp_path / "checkpoints" / "last.ckpt").read_bytes() == before
+
+
+@pytest.mark.parametrize("given", [{"accelerator": "gpu"}, {"accelerator": "gpuu"}, {"devices": 0}, {"devices": -1},
+                                   {"strategy": "dpp"}])
+def test_devices_that_are_not_there_are_named(given: dict[str, Any], examples: dict[str, list[Example]], tmp_path: Path,
+                                              monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 0)
+    model = network(replace(SETTINGS, **given))
+    name, value = next(iter(given.items()))
+    with pytest.raises(DnnvssError, match=rf"trainer\.{name}={value}.*trainer\.accelerator=auto"):
+        model.fit(examples["train"], examples["val"], tmp_path)
 
 
 def test_invalid_frames_are_never_drawn(examples: dict[str, list[Example]], tmp_path: Path) -> None:
