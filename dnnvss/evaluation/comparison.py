@@ -13,7 +13,17 @@ from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.measures import MEASURES, frame_errors
 from dnnvss.evaluation.report import number
-from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, differences, enough, estimate, holm, p_value, pooled
+from dnnvss.evaluation.statistics import (
+    FEWEST,
+    Difference,
+    Estimate,
+    differences,
+    enough,
+    estimate,
+    holm,
+    p_value,
+    pooled,
+)
 from dnnvss.face.base import APERTURE
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.phones.articulation import ARTICULATION
