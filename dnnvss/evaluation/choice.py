@@ -20,7 +20,7 @@ from dnnvss.formats.tables import aligned
 from dnnvss.phones.contexts import spoken_seconds
 from dnnvss.records import read_record
 from dnnvss.runs.fitting import Material, encode, gather
-from dnnvss.runs.folds import folded, speech
+from dnnvss.runs.folds import fewest_folds, folded, speech
 from dnnvss.runs.knowledge import with_knowledge
 from dnnvss.runs.naming import system_that_counts, what_counts
 from dnnvss.runs.settings import RunSettings
@@ -230,7 +230,8 @@ def _best(trials: Mapping[str, Trial], minutes: float, sentences: int, auto: Aut
 
 
 def _folds(auto: AutoSettings, minutes: float, sentences: int) -> int:
-    return min(sentences, auto.folds if minutes < auto.networks else min(3, auto.folds))
+    wanted = auto.folds if minutes < auto.networks else min(3, auto.folds)
+    return min(sentences, max(wanted, fewest_folds(sentences)))
 
 
 def _able(task: Task, candidates: Mapping[str, Mapping[str, Any]]) -> list[str]:

@@ -16,7 +16,7 @@ from dnnvss.render.living import kept_life
 from dnnvss.render.pictures import keep_ground
 from dnnvss.runs.corpus_visemes import CorpusUnits, corpus_units
 from dnnvss.runs.files import RunFiles
-from dnnvss.runs.folds import Examples, fold_count
+from dnnvss.runs.folds import Examples, fewest_folds, fold_count
 from dnnvss.runs.heard import Heard
 from dnnvss.runs.knowledge import source_files
 from dnnvss.runs.naming import check_begun, delete_run
@@ -148,14 +148,16 @@ def _folds(settings: RunSettings, examples: Examples) -> int:
     """In how many parts the sentences are left out in turn.
 
     Raises:
-        DnnvssError: in one part, or in more than there are sentences.
+        DnnvssError: in so few parts that nothing is left to train on, or in more than there are sentences.
     """
     if settings.folds is None:
         return fold_count(examples)
     most = sum(map(len, examples.values()))
-    if settings.folds == 1 or settings.folds > most:
+    fewest = fewest_folds(most)
+    if settings.folds and not fewest <= settings.folds <= most:
+        given = f"Give folds={fewest} to {most}, or folds=0" if fewest <= most else "Give folds=0"
         raise DnnvssError(f"folds={settings.folds} leaves nothing to train or to test on",
-                          remedy=f"Give folds=2 to {most}, or folds=0 for the test split")
+                          remedy=f"{given} for the test split")
     return settings.folds
 
 

@@ -27,12 +27,17 @@ def fold_count(examples: Examples) -> int:
     return min(len(sentences), 10) if len(sentences) <= _FEW else 5
 
 
+def fewest_folds(sentences: int) -> int:
+    """The fewest parts that leave a sentence to train on and another to validate on."""
+    return 2 if sentences > 3 else 3
+
+
 def folded(sentences: Sequence[Example], count: int) -> list[Examples]:
     """The examples of each part: ``test`` is what is left out, ``val`` a tenth of the others, ``train`` the rest.
 
     Args:
         sentences: all that are dealt out, by a hash of their ids.
-        count: parts, at least two.
+        count: parts, at least :func:`fewest_folds`.
     """
     everything = shuffled(sentences)
     return [_fold(everything, k, count) for k in range(count)]

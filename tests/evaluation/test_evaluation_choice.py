@@ -15,8 +15,8 @@ from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import choice as choosing
 from dnnvss.evaluation.choice import AutoSettings, choose, cross_predicted, settled, tried
-from dnnvss.runs.fitting import Material
-from dnnvss.runs.folds import fold_count, folded
+from dnnvss.runs.fitting import Material, _folds
+from dnnvss.runs.folds import fewest_folds, fold_count, folded
 from dnnvss.runs.naming import run_name
 from dnnvss.runs.settings import RunSettings
 from dnnvss.systems import Example
@@ -133,6 +133,30 @@ def test_what_was_chosen_is_the_run_of_that_name() -> None:
 def test_a_large_one_that_is_no_candidate_is_refused() -> None:
     with pytest.raises(DnnvssError, match=r"model\.large=gaussian is none of the candidates"):
         configured("model.large=gaussian")
+
+
+@pytest.mark.parametrize("count", range(3, 11))
+def test_whatever_is_left_out_others_are_left_to_train_and_to_validate(
+        examples: dict[str, list[Example]], count: int) -> None:
+    some = [e for part in examples.values() for e in part][:count]
+    for folds in range(fewest_folds(count), count + 1):
+        assert all(part["train"] and part["val"] and part["test"] for part in folded(some, folds)), folds
+    short = [*folded(some, fewest_folds(count) - 1)] if fewest_folds(count) > 2 else []
+    assert all(not part["train"] for part in short[:1])  # fewer would not do
+
+
+def test_three_sentences_are_tried_in_three_parts(examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    three = material({"train": examples["train"][:3]})
+    found = tried(three, auto(folds=2), ["phone_mean", "codebook"], tmp_path)
+    assert set(found.trials) == {"phone_mean", "codebook"}
+
+
+@pytest.mark.parametrize("folds", [1, 2, 4])
+def test_parts_that_leave_nothing_are_refused(examples: dict[str, list[Example]], folds: int) -> None:
+    splits = dict(zip(("train", "val", "test"), ([e] for e in examples["train"]), strict=False))
+    with pytest.raises(DnnvssError, match=f"folds={folds} leaves nothing.*Give folds=3 to 3"):
+        _folds(configured(f"folds={folds}"), splits)
+    assert _folds(configured("folds=3"), splits) == 3
 
 
 def test_small_corpora_are_left_out_in_parts_and_fair_test_splits_are_kept(examples: dict[str, list[Example]]) -> None:
