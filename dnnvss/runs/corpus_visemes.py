@@ -23,7 +23,7 @@ from dnnvss.systems.viseme_predictor import UnitModel, VisemePredictor
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.training.devices import process_number
 from dnnvss.visemes import Grammar, gesture_view, learn
-from dnnvss.visemes.corpus import viseme_clips
+from dnnvss.visemes.corpus import learnt_from, viseme_clips
 
 
 @dataclass(frozen=True)
@@ -102,14 +102,17 @@ def _kept(folder: Path) -> CorpusUnits:
 
 def _learn(corpus: Corpus, encoded: EncodedCorpus, variant: str, clock: FrameClock, plan: UnitPlan,
            folder: Path) -> CorpusUnits:
-    clips = {name: viseme_clips(corpus.split(name, variant), encoded, clock) for name in SPLITS}
-    visemes = learn(list(clips["train"].values()), clock, plan.learning,
-                    gesture_view(encoded.face, plan.learning.gestures))
-    print(f"dynamic visemes: {len(visemes)} units from {len(clips['train'])} utterances")
-    oracle = {i: visemes.tier(clip) for part in clips.values() for i, clip in part.items()}
+    splits = {name: corpus.split(name, variant) for name in SPLITS}
+    clips = [clip for _, clip in viseme_clips(learnt_from(splits["train"], encoded), encoded, clock)]
+    visemes = learn(clips, clock, plan.learning, gesture_view(encoded.face, plan.learning.gestures))
+    print(f"dynamic visemes: {len(visemes)} units from {len(clips)} utterances")
+    del clips
+    tiers = {name: {i: visemes.tier(clip) for i, clip in viseme_clips(part, encoded, clock)}
+             for name, part in splits.items()}
+    oracle = {i: tier for part in tiers.values() for i, tier in part.items()}
     codes = {i: encode(corpus.utterances[i].alignment, corpus.utterances[i].text, plan.predictor.table, clock)
              for i in oracle}
-    train, val = list(clips["train"]), list(clips["val"])
+    train, val = list(tiers["train"]), list(tiers["val"])
     if len(train) < plan.predictor.folds or not val:
         raise DnnvssError(f"{len(train)} training and {len(val)} validation utterances are too few to predict dynamic "
                           f"visemes in {plan.predictor.folds} folds", file=corpus.root,

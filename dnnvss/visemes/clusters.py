@@ -30,7 +30,7 @@ class KMeans(Method):
     def distances(self, gestures: np.ndarray, centres: np.ndarray) -> np.ndarray:
         """Return ``|g - c|^2 / R``, (G, U)."""
         g, c = gestures.reshape(len(gestures), -1), centres.reshape(len(centres), -1)
-        squared = (g**2).sum(1)[:, None] + (c**2).sum(1)[None] - 2 * g @ c.T
+        squared = (g**2).sum(1)[:, None] + (c**2).sum(1)[None] - g @ (2 * c.T)
         return np.maximum(squared, 0) / gestures.shape[1]
 
     def centre(self, gestures: np.ndarray) -> np.ndarray:

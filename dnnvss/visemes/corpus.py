@@ -1,6 +1,7 @@
 """The clips of an encoded corpus, as gestures are learnt from them."""
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,9 @@ from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.timing import FrameClock
 from dnnvss.visemes.units import Movement, VisemeSettings, aligned_clip
 
+MOST = 3600.0
+"""Seconds of recordings that dynamic visemes are learnt from; of a longer corpus every so-many-th clip, so that the
+memory of learning them has a bound."""
 _NOT_LEARNING = ("name", "source", "training", "samples", "predictor")
 
 
@@ -20,9 +24,21 @@ def viseme_settings(config: Mapping[str, Any]) -> VisemeSettings:
     return VisemeSettings.from_config({key: value for key, value in config.items() if key not in _NOT_LEARNING})
 
 
-def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock: FrameClock) -> dict[str, Movement]:
-    """Return the clip of each utterance that was encoded, by id, its parameters brought to the trajectory clock."""
-    clips = {}
+def learnt_from(utterances: Iterable[Utterance], encoded: EncodedCorpus) -> list[Utterance]:
+    """The utterances of a training split that units are learnt from: all that were encoded, of long ones a part.
+
+    They last :data:`MOST` seconds at most and are spread evenly over the split.
+    """
+    kept = [u for u in utterances if u.id not in encoded.dropped]
+    return kept[:: max(1, math.ceil(sum(u.frames / float(u.clock.rate) for u in kept) / MOST))]
+
+
+def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus,
+                 clock: FrameClock) -> Iterator[tuple[str, Movement]]:
+    """The id and the clip of each utterance that was encoded, its parameters brought to the trajectory clock.
+
+    They come one after the other: the trajectories of many hours would fill the memory.
+    """
     for utterance in utterances:
         if utterance.id not in encoded.dropped:
             edges = utterance.alignment["phones"].frame_edges(clock)
@@ -30,5 +46,4 @@ def viseme_clips(utterances: Iterable[Utterance], encoded: EncodedCorpus, clock:
             trajectory = resample(code.parameters.astype(float), utterance.clock, clock, count=count)
             nearest = (clock.centres(count) * float(utterance.clock.rate)).astype(int)
             valid = code.valid[np.minimum(nearest, len(code.valid) - 1)]
-            clips[utterance.id] = replace(aligned_clip(trajectory, utterance.alignment, clock), valid=valid)
-    return clips
+            yield utterance.id, replace(aligned_clip(trajectory, utterance.alignment, clock), valid=valid)

@@ -1,5 +1,6 @@
 """Visible speech cut into gestures: where the mouth turns, and where it rests."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +70,7 @@ def silence_mask(alignment: Alignment, clock: FrameClock) -> np.ndarray:
     return np.array([label in SILENCES for label in tier.labels])[tier.frame_index(clock)]
 
 
-def reference_speed(trajectories: list[np.ndarray], silences: list[np.ndarray], clock: FrameClock,
+def reference_speed(trajectories: Iterable[np.ndarray], silences: Iterable[np.ndarray], clock: FrameClock,
                     settings: GestureSettings) -> float:
     """Return the RMS speed (coefficient units a second) outside silence, by which the settings measure speed.
 

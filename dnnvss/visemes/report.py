@@ -21,7 +21,7 @@ from dnnvss.visemes import (
     learn,
     point_view,
 )
-from dnnvss.visemes.corpus import viseme_clips
+from dnnvss.visemes.corpus import learnt_from, viseme_clips
 
 Pairs = list[tuple[Alignment, Movement]]
 
@@ -34,11 +34,9 @@ def corpus_report(folder: Path, clock: FrameClock, settings: VisemeSettings, uni
     """
     corpus = Corpus.open(folder)
     encoded = newest_encoding(corpus)
-    pairs = {}
-    for split in ("train", "test"):
-        clips = viseme_clips(corpus.split(split), encoded, clock)
-        pairs[split] = [(corpus.utterances[name].alignment, clip) for name, clip in clips.items()]
-    return report(pairs["train"], pairs["test"], clock, settings, units, point_view(encoded.face))
+    train, test = ([(corpus.utterances[name].alignment, clip) for name, clip in viseme_clips(part, encoded, clock)]
+                   for part in (learnt_from(corpus.split("train"), encoded), corpus.split("test")))
+    return report(train, test, clock, settings, units, point_view(encoded.face))
 
 
 def gesture_line(visemes: Visemes, pairs: Pairs) -> list[str]:

@@ -184,17 +184,17 @@ def learn(clips: Sequence[Movement], clock: FrameClock, settings: VisemeSettings
     if not clips:
         raise DnnvssError("no clip to learn visemes from", remedy="Give at least one training utterance")
     view = np.eye(clips[0].trajectory.shape[1]) if view is None else view
-    seen = [c.trajectory @ view for c in clips]
-    reference = reference_speed(seen, [c.silence | ~c.known for c in clips], clock, settings.gestures)
-    cuts = [cut(y, c.silence, clock, settings.gestures, reference) for y, c in zip(seen, clips, strict=True)]
-    found = np.concatenate([shapes(c.trajectory, g.edges, settings.length) for c, g in zip(clips, cuts, strict=True)])
-    rest = np.concatenate([g.rest for g in cuts])
-    frames = np.concatenate([np.diff(g.edges) for g in cuts])
-    measured = np.concatenate([_measured(c.known, g.edges) for c, g in zip(clips, cuts, strict=True)])
-    found, rest, frames = found[measured], rest[measured], frames[measured]
+    reference = reference_speed((c.trajectory @ view for c in clips), (c.silence | ~c.known for c in clips), clock,
+                                settings.gestures)
     scale = _scale(clips, settings.whitening)
+    pieces = [_pieces(c, cut(c.trajectory @ view, c.silence, clock, settings.gestures, reference), settings.length)
+              for c in clips]
+    found, rest, frames = (np.concatenate(part) for part in zip(*pieces, strict=True))
+    del pieces
+    moving = found[~rest]
+    moving *= scale
     method: Method = METHODS[settings.method]()
-    result = partition(found[~rest] * scale, settings.units - 1, method, settings.least, settings.starts, settings.seed)
+    result = partition(moving, settings.units - 1, method, settings.least, settings.starts, settings.seed)
     order = np.argsort(-np.bincount(result.members), kind="stable")
     units = np.full(len(found), REST)
     units[~rest] = 1 + np.argsort(order)[result.members]
@@ -231,6 +231,13 @@ def _measured(known: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Which pieces (G,) of a movement hold no frame that was not measured."""
     total = np.concatenate([[0], np.cumsum(~known)])
     return total[np.ceil(edges[1:]).astype(int)] == total[np.floor(edges[:-1]).astype(int)]
+
+
+def _pieces(clip: Movement, gestures: Gestures, length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shapes (G, R, D), rest (G,) and frames (G,) of the gestures of a clip that hold measured frames alone."""
+    measured = _measured(clip.known, gestures.edges)
+    return (shapes(clip.trajectory, gestures.edges, length)[measured], gestures.rest[measured],
+            np.diff(gestures.edges)[measured])
 
 
 def _scale(clips: Sequence[Movement], whitening: float) -> np.ndarray:

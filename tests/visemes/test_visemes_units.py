@@ -9,10 +9,12 @@ from conftest import run_command
 from face.face_cases import LinearFace, rig
 from omegaconf import OmegaConf
 
+from dnnvss.corpus import Corpus
 from dnnvss.corpus.talker import LANDMARK_GROUPS, RATE, perform_take, script
 from dnnvss.corpus.talker.geometry import landmark_track
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
+from dnnvss.face.encoding import newest_encoding
 from dnnvss.features import FeatureTable, Settings, encode, expand
 from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.visemes import (
@@ -28,7 +30,10 @@ from dnnvss.visemes import (
     learn,
     viseme_tier,
 )
-from dnnvss.visemes.corpus import viseme_settings
+from dnnvss.visemes import corpus as of_corpus
+from dnnvss.visemes.clusters import KMeans, partition
+from dnnvss.visemes.corpus import learnt_from, viseme_clips, viseme_settings
+from dnnvss.visemes.gestures import cut, reference_speed
 from dnnvss.visemes.report import report
 from dnnvss.visemes.units import shapes
 
@@ -204,3 +209,32 @@ def test_configuration() -> None:
         VisemeSettings(method="gmm")
     with pytest.raises(DnnvssError, match="units=1 is too little"):
         VisemeSettings(units=1)
+
+
+def test_units_learnt_clip_by_clip_are_those_of_all_gestures_in_one_array(talker: Talker) -> None:
+    clips = [Movement(c.trajectory, c.silence, c.span, np.arange(len(c.trajectory)) != 40) for c in talker[1]]
+    settings = VisemeSettings(units=20, least=4)
+    seen = [c.trajectory for c in clips]
+    reference = reference_speed(seen, [c.silence | ~c.known for c in clips], CLOCK, settings.gestures)
+    cuts = [cut(y, c.silence, CLOCK, settings.gestures, reference) for y, c in zip(seen, clips, strict=True)]
+    found = np.concatenate([shapes(c.trajectory, g.edges, 8) for c, g in zip(clips, cuts, strict=True)])
+    away = np.concatenate([(np.floor(g.edges[:-1]) > 40) | (np.ceil(g.edges[1:]) <= 40) for g in cuts])
+    moving = found[away & ~np.concatenate([g.rest for g in cuts])]
+    scale = np.concatenate([c.trajectory[c.known] for c in clips]).std(axis=0) ** -settings.whitening
+    expected = partition(moving * scale, settings.units - 1, KMeans(), settings.least, settings.starts, settings.seed)
+    made = learn(clips, CLOCK, settings)
+    order = np.argsort(-np.bincount(expected.members), kind="stable")
+    np.testing.assert_array_equal(made.centres, expected.centres[order])
+    np.testing.assert_array_equal(made.counts[1:], np.bincount(expected.members)[order])
+    assert made.counts.sum() == away.sum()
+
+
+def test_long_corpora_are_learnt_from_clips_spread_over_them(encoded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    corpus = Corpus.open(encoded)
+    codes, train = newest_encoding(corpus), corpus.split("train")
+    assert learnt_from(train, codes) == [u for u in train if u.id not in codes.dropped]
+    seconds = sum(u.frames / float(u.clock.rate) for u in learnt_from(train, codes))
+    monkeypatch.setattr(of_corpus, "MOST", 0.4 * seconds)
+    some = learnt_from(train, codes)
+    assert some == [u for u in train if u.id not in codes.dropped][::3]
+    assert [i for i, _ in viseme_clips(some, codes, CLOCK)] == [u.id for u in some]
