@@ -12,7 +12,7 @@ _FINER = 3
 _REACH = 2
 """Pixels on each side that a bicubic reading looks at."""
 _SIDE, _MOST = 32_000, 4_000_000
-"""Pixels of a side that OpenCV can address; of a picture up to which a finer one, of 27 bytes a pixel, saves time."""
+"""Pixels of a side that OpenCV can address; of a picture up to which a finer one, of 36 bytes a pixel, saves time."""
 
 
 def finer_times(size: Sequence[int]) -> int:
@@ -32,11 +32,12 @@ class FinerPicture:
     """A picture enlarged bicubically, which is read by straight lines between its pixels; bicubically where it is not
     enlarged.
 
-    That takes a quarter of the time of reading the picture bicubically. A pixel read where it was is itself. Made by
+    That takes a fifth of the time of reading the picture bicubically. A pixel read where it was is itself. Made by
     :meth:`of`.
 
     Args:
-        pixels: uint8 RGB (H k, W_ k, 3).
+        pixels: uint8 RGB (H k, W_ k, 4) with an empty fourth channel, which halves the time of reading; (H, W_, 3)
+            where it is not enlarged.
         times: k.
     """
 
@@ -68,12 +69,15 @@ class FinerPicture:
         """The colours (h, w, 3) at places x and y (h, w) float32, as :func:`finer_places` counts them."""
         if self.times == 1:
             return cv2.remap(self.pixels, across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-        fixed = cv2.convertMaps(across, down, cv2.CV_16SC2)
-        return cv2.remap(self.pixels, *fixed, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        seen = cv2.remap(self.pixels, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return cv2.cvtColor(seen, cv2.COLOR_RGBA2RGB)
 
 
 def _enlarged(picture: np.ndarray, times: int) -> np.ndarray:
-    return cv2.resize(picture, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
+    if times == 1:
+        return picture.copy()
+    wide = cv2.cvtColor(picture, cv2.COLOR_RGB2RGBA)
+    return cv2.resize(wide, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
 
 
 def _times(part: slice, times: int) -> slice:
