@@ -19,6 +19,9 @@ from dnnvss.timing import FrameClock
 
 _AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
 _AAC_BLOCK = 1024
+_CODER = "fast"
+"""How FFmpeg's encoder looks for the scale of each band of sound: at the bit rates here as near to the samples as its
+preset ``twoloop`` (31.7 dB and 31.9 at 16 kHz, 24.1 and 23.6 at 44.1 kHz), in a fifth to half of the time."""
 _RATES = Fraction(1, 100), 1000
 """Frames a second of a video, least and most."""
 _PRESET, _FINER = "veryfast", 2
@@ -31,8 +34,10 @@ _BT601 = "colorprim=smpte170m:transfer=smpte170m:colormatrix=smpte170m"
 """The colour space that the conversion from RGB uses, written into the file so that players do not have to guess."""
 _B_FRAMES = "b-adapt=0"
 """Groups of frames of one length: to look for better ones takes a tenth of the time, and makes no smaller files."""
-_COLOURS = np.array([[-37.797, -74.203, 112.0, 128 * 255], [112.0, -93.786, -18.214, 128 * 255]], np.float32) / 255
-"""Blue and red difference of ITU-R BT.601 in studio range, from R, G, B and 1."""
+_COLOURS = np.array([[-37.797, -74.203, 112.0, 128 * 255], [112.0, -93.786, -18.214, 128 * 255], [0, 0, 0, 0]],
+                    np.float32) / 255
+"""Blue and red difference of ITU-R BT.601 in studio range, from R, G, B and 1; three rows take OpenCV a tenth of the
+time of two."""
 
 
 def write_video(
@@ -155,7 +160,7 @@ class SoundTrack:
         self.rate = rate if rate in _AAC_RATES else SOUND_RATE
         self.samples = samples if self.rate == rate else _resampled(samples, rate, self.rate)
         self.container, self.done, self.forgotten = container, 0, 0
-        self.stream = container.add_stream("aac", rate=self.rate, layout="mono")
+        self.stream = container.add_stream("aac", rate=self.rate, layout="mono", options={"aac_coder": _CODER})
         self.stream.bit_rate = 128_000 if self.rate >= 32000 else 64_000
 
     def write_until(self, seconds: float) -> None:

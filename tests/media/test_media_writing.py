@@ -34,6 +34,20 @@ def test_every_frame_stands_at_its_exact_time(tmp_path: Path, rate: object, exac
     assert info.rate == exact and info.size == (48, 32) and not info.has_audio
 
 
+@pytest.mark.parametrize("audio_rate", [16000, 44100])
+def test_a_voice_is_written_nearly_as_it_sounds(tmp_path: Path, audio_rate: int) -> None:
+    times = np.arange(2 * audio_rate) / audio_rate
+    phase = 2 * np.pi * np.cumsum(110 + 15 * np.sin(2 * np.pi * 1.5 * times)) / audio_rate
+    voice = sum(np.sin(n * phase) / n**1.2 for n in range(1, 30)) * (0.1 + 0.1 * np.sin(2 * np.pi * 3 * times))
+    breath = np.random.default_rng(0).normal(0, 0.002, len(times))
+    sound = (voice + breath).astype(np.float32)
+    path = write_video(tmp_path / "a.mp4", _frames(50), 25, sound, audio_rate)
+    with av.open(str(path)) as container:
+        heard = np.concatenate([frame.to_ndarray()[0] for frame in container.decode(audio=0)])[: len(sound)]
+    error = sound[: len(heard)] - heard
+    assert 10 * np.log10(np.square(sound).mean() / np.square(error).mean()) > 20
+
+
 def test_ten_minutes_at_29_97_end_within_a_frame_of_the_clock(tmp_path: Path) -> None:
     rate = Fraction(30000, 1001)
     count = round(600 * rate)
