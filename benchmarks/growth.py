@@ -306,11 +306,12 @@ def main() -> None:
     rows, claims = [], list[Claim]()
     for stage in found[last]:
         seconds = [found[hours][stage][0] for hours in lengths]
-        exponent = growth((middle, last), (found[hours][stage][0] for hours in (middle, last)))
         before, memory = (found[hours][stage][1] for hours in (middle, last))
-        rows.append([stage, *(f"{s:.2f}" for s in seconds), f"{exponent:.2f}", f"{memory:.0f}",
+        rows.append([stage, *(f"{s:.2f}" for s in seconds), "", f"{memory:.0f}",
                      f"{(memory - before) / (last - middle):.0f}"])
         if seconds[-1] >= LEAST:
+            exponent = growth((middle, last), (found[hours][stage][0] for hours in (middle, last)))
+            rows[-1][-3] = f"{exponent:.2f}"
             claims.append(Claim(f"{middle:g} to {last:g} hours of recordings: exponent of {stage}", exponent, MOST))
     heads = [f"{hours:.3g} h" for hours in lengths]
     print(markdown_table(["stage, seconds of", *heads, "exponent", f"MB at {heads[-1]}", "MB an hour"], rows))

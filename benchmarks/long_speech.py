@@ -41,6 +41,7 @@ def measure(folder: Path, words: int, video: bool) -> dict[str, tuple[float, flo
     run = Run.open(folder)
     style = make_style(styles()["articulated"], run.face)
     speak(run, SpeakRequest("Hello there.", engine="formant", style=style))
+    text = text_of(words, "prose")
     told, begun, started = {}, time.process_time(), time.perf_counter()
 
     def note(stage: str) -> None:
@@ -48,7 +49,7 @@ def measure(folder: Path, words: int, video: bool) -> dict[str, tuple[float, flo
         told[stage] = (time.process_time() - begun, time.perf_counter() - started, memory)
 
     note("before")
-    spoken = speak(run, SpeakRequest(text_of(words, "prose"), engine="formant", style=style))
+    spoken = speak(run, SpeakRequest(text, engine="formant", style=style))
     note("movement")
     told["speech"] = (len(spoken.movement) / float(spoken.clock.rate), 0.0, 0.0)
     with tempfile.TemporaryDirectory() as made:
