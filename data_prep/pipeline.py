@@ -68,12 +68,16 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
 
 
 def unfit_id(name: str) -> str:
-    """Why an id cannot stand on a line of a split file; nothing where it can."""
+    """Why an id cannot stand on a line of a split file, or name files everywhere; nothing where it can."""
     if (shown := files.printable(name)) != name:
         return f"the name {shown} is not UTF-8: rename its files"
-    if name == name.strip() and len(name.splitlines()) == 1:
-        return ""
-    return f"the name {name!r} begins or ends with a space, or holds a line break: rename its files"
+    if name != name.strip() or len(name.splitlines()) != 1:
+        return f"the name {name!r} begins or ends with a space, or holds a line break: rename its files"
+    try:
+        files.check_name(f"{name}.json", Path())
+    except DnnvssError:
+        return f"not every system has files of the name {name!r}: rename its files"
+    return ""
 
 
 def _utterances(run: Preparation, made: Results, timed: Results, clean: Results) -> list[Utterance]:

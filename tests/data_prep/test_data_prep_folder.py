@@ -163,11 +163,15 @@ def test_splits_that_cannot_be_completed_are_told_before_the_work(raw: Path, tmp
     assert not (tmp_path / "out").exists()
 
 
-def test_an_id_that_cannot_stand_in_a_split_file_is_dropped(raw: Path, tmp_path: Path) -> None:
-    for path in sorted(raw.glob("demo_001.*")):
-        path.rename(raw / f" clip{path.suffix}")
-    assert " clip" not in Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1)).utterances
-    assert "the name ' clip' begins or ends with a space" in (tmp_path / "out" / "report.md").read_text()
+def test_an_id_that_cannot_stand_in_a_split_file_or_name_files_is_dropped(raw: Path, tmp_path: Path) -> None:
+    for old, new in (("demo_001", " clip"), ("demo_002", "com1"), ("demo_003", "a\\b")):
+        for path in sorted(raw.glob(f"{old}.*")):
+            path.rename(raw / f"{new}{path.suffix}")
+    with pytest.raises(DnnvssError, match="2 utterances cannot be split"):
+        prepare_folder(raw, tmp_path / "out", jobs=1)
+    report = (tmp_path / "out" / "report.md").read_text()
+    assert "the name ' clip' begins or ends with a space" in report
+    assert all(f"not every system has files of the name {name}" in report for name in ("'com1'", "'a\\\\b'"))
 
 
 def test_pts_files_are_those_of_the_id_alone(tmp_path: Path) -> None:
