@@ -21,9 +21,12 @@ _TIMED = re.compile(rf"-->|\d\s*{_ARROW}\s*-?\d|\d:\d\d[.,:]\d+.*\d:\d\d[.,:]\d"
 """What stands in a line of times alone, read or not."""
 _RATES = (24, 25, 30, 50, 60, 100)
 """Frames a second in which times ``h:m:s:frame`` may count."""
-_TAG = re.compile(r"<[^<>]{0,200}>|\{\\[^{}]{0,200}\}")
-_SOUND = re.compile(r"\[[^\[\]]*\]|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)\s*$", re.MULTILINE)
+_TAG = re.compile(r"<[/A-Za-z\d!][^<>]{0,200}>|\{\\[^{}]{0,200}\}")
+_SOUND = re.compile(r"\[[^\[\]]*\]|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)\s*$"
+                    r"|^\s*#[^#\n]*#\s*$", re.MULTILINE)
 _SPEAKER = re.compile(r"^\s*(?:>>+\s*)?(?:[-\u2013]\s+)?(?:[A-Z][A-Z .'-]{1,30}:\s+)?", re.MULTILINE)
+_INSTANT = 0.1
+"""Seconds in which nobody says a line again: captions that roll up hold it so long between two others."""
 _NOTE = re.compile(r"(NOTE|STYLE|REGION)(\s|$)")
 
 
@@ -46,7 +49,7 @@ def read_subtitles(path: str | Path) -> tuple[Cue, ...]:
             raise DnnvssError(f"line {place}: the cue ends at {end:.3f} s, before it begins at {start:.3f} s",
                               file=path, remedy=_REMEDY)
         spoken = [line for line in _spoken(lines).split("\n") if line]
-        new = spoken[_repeated(shown, spoken):]
+        new = [] if shown == spoken and end - start < _INSTANT else spoken[_repeated(shown, spoken):]
         shown = spoken or shown
         if new:
             cues.append(Cue(start, end, " ".join(new)))
@@ -76,7 +79,7 @@ def _blocks(text: str, path: Path) -> list[tuple[int, float, float, list[str]]]:
             skipping = False
         elif skipping or (blank and _NOTE.match(line)):
             skipping = True
-        elif _TIMED.search(line):
+        elif _TIMED.search(_TAG.sub("", line)):
             raise DnnvssError(f"line {place}: {line.strip()[:60]!r} holds no two times", file=path, remedy=_REMEDY)
         elif place not in heads:
             if not found:

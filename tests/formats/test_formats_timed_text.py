@@ -63,6 +63,19 @@ def test_webvtt_has_notes_names_and_lines_that_roll_up(tmp_path: Path) -> None:
     assert read_timed_text(written(tmp_path, "a.vtt", VTT)) == (Cue(1, 3.5, "first line"), Cue(3.5, 5, "second line"))
 
 
+def test_captions_of_youtube_have_times_within_their_lines(tmp_path: Path) -> None:
+    text = ("WEBVTT\nKind: captions\n\n00:00:00.000 --> 00:00:02.000 align:start position:0%\n \n"
+            "so<00:00:00.500><c> hello</c><00:00:01.000><c> there</c>\n\n"
+            "00:00:02.000 --> 00:00:02.010 align:start position:0%\nso hello there\n \n\n"
+            "00:00:02.010 --> 00:00:04.000 align:start position:0%\nso hello there\n"
+            "how<00:00:02.500><c> are</c><00:00:03.000><c> you</c>\n\n"
+            "00:00:04.000 --> 00:00:04.010 align:start position:0%\nhow are you\n \n")
+    assert read_timed_text(written(tmp_path, "a.vtt", text)) == (
+        Cue(0.0, 2.0, "so hello there"), Cue(2.01, 4.0, "how are you"))
+    signs = "1\n00:00:01,000 --> 00:00:02,000\na < b and c > <i>d</i>\n\n2\n00:00:03,000 --> 00:00:04,000\n# la la #\n"
+    assert read_timed_text(written(tmp_path, "a.srt", signs)) == (Cue(1.0, 2.0, "a < b and c > d"),)
+
+
 def test_cues_come_in_order_and_overlaps_are_told() -> None:
     first, second, third = Cue(0, 2, "a"), Cue(1, 3, "b"), Cue(5, 6, "c")
     assert in_order([third, first, second]) == (
@@ -91,7 +104,10 @@ def test_times_of_all_editors_are_read(tmp_path: Path, times: str, start: float,
 @pytest.mark.parametrize("text", [
     "0:00\nHello there,\nyou.\n1:02:03\nBye.\n", "[00:00] Hello there, you.\n[1:02:03.0] Bye.\n",
     "(0:00) Hello there,\nyou.\n\n(1:02:03) Bye.\n", "0:00 Hello there, you.\n1:02:03 - Bye.\n",
-    "[00:00.000 --> 01:02:03.000]  Hello there, you.\n[01:02:03.000 --> 01:02:08.000]  Bye.\n"])
+    "[00:00.000 --> 01:02:03.000]  Hello there, you.\n[01:02:03.000 --> 01:02:08.000]  Bye.\n",
+    "0:00 - 1:02:03 Hello there, you.\n1:02:03 \u2013 1:02:08 Bye.\n",
+    "Speaker 1  0:00\nHello there,\nyou.\n\nAnn Lee  1:02:03\nBye.\n",
+    "Speaker 1 (0:00):\nHello there, you.\nAnn Lee (1:02:03):\nBye.\n"])
 def test_transcripts_with_times_in_their_lines_are_cues(tmp_path: Path, text: str) -> None:
     assert read_timed_text(written(tmp_path, "a.txt", text)) == (
         Cue(0.0, 3723.0, "Hello there, you."), Cue(3723.0, 3728.0, "Bye."))
