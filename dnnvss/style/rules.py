@@ -45,9 +45,9 @@ class PhoneRule:
             clock: the trajectory clock.
             gauge: what is measured.
             frames: T.
-            first: constraints that come first: a phone in which one of them asks the same gauge, in whatever unit,
-                for values outside the rule's range is left to it, and where one asks for anything the rule is as soft
-                as ``beside`` says.
+            first: constraints that come first: a phone in which one of them, or the hard ones of a frame together, ask
+                the gauge, in whatever unit, for values outside the rule's range is left to them, and where one asks for
+                anything the rule is as soft as ``beside`` says.
         """
         held, soft, labels = [np.zeros(0, np.int64)], [np.zeros(0)], list[str]()
         for segment, at in phone_frames(tier, clock, self.phones, frames, self.part):
@@ -61,12 +61,27 @@ class PhoneRule:
                     softness=np.concatenate(soft), label=labels)
 
     def _forbidden(self, first: Constraints, gauge: Gauge, at: np.ndarray) -> bool:
-        size = first.vectors @ gauge.vector / max(float(gauge.vector @ gauge.vector), 1e-300)
-        off = np.abs(first.vectors - size[:, None] * gauge.vector).max(axis=1, initial=0)
-        along = (size != 0) & (off <= 1e-9 * np.abs(first.vectors).max(axis=1, initial=0))
-        same = np.isin(first.frames, at) & (first.streams == 0) & along
-        ends = np.stack([first.low[same], first.high[same]]) / size[same] + gauge.constant
-        return bool(((ends.min(axis=0) > self.high) | (ends.max(axis=0) < self.low)).any())
+        there = np.isin(first.frames, at) & (first.streams == 0)
+        for frame in np.unique(first.frames[there]):
+            own = np.flatnonzero(there & (first.frames == frame))
+            for rows in (own[first.softness[own] == 0], *own[:, None]):
+                least, most = _implied(first, rows, gauge)
+                if least > self.high or most < self.low:
+                    return True
+        return False
+
+
+def _implied(constraints: Constraints, rows: np.ndarray, gauge: Gauge) -> tuple[float, float]:
+    """The range in which some constraints of one frame together hold a gauge; all numbers where they leave it free."""
+    if not len(rows):
+        return -np.inf, np.inf
+    vectors = constraints.vectors[rows]
+    shares = np.linalg.lstsq(vectors.T, gauge.vector, rcond=None)[0]
+    if np.abs(shares @ vectors - gauge.vector).max() > 1e-9 * np.abs(gauge.vector).max():
+        return -np.inf, np.inf
+    counts = np.abs(shares) > 1e-9 * np.abs(shares).max()
+    ends = shares[counts] * np.stack([constraints.low[rows], constraints.high[rows]])[:, counts]
+    return float(ends.min(axis=0).sum() + gauge.constant), float(ends.max(axis=0).sum() + gauge.constant)
 
 
 def closure(closed: float, **changes: object) -> PhoneRule:

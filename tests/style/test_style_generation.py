@@ -221,6 +221,22 @@ def test_a_key_that_opens_the_mouth_on_b_wins_over_the_rule(talker):
     assert talker.gauges["aperture"](y)[83:87].max() < talker.levels["aperture"] + 1e-5
 
 
+@pytest.mark.parametrize("least, softness, open_", [((1.0, 0.5), 0.0, True), ((1.0, -np.inf), 0.0, False),
+                                                    ((1.0, 0.5), 3.0, False)])
+def test_keys_that_together_open_the_mouth_on_b_win_over_the_rule(talker, least, softness, open_):
+    """The aperture is 2 and both coefficients: two keys hold it at 3.5 or above, one alone leaves the lips free, and
+    soft ones give way."""
+    mean, variance = prediction(0.3)
+    jaw, lip = (hold([85], row, low=low, high=9.0, softness=softness, label=f"key of {row}")
+                for row, low in zip(np.eye(2), least, strict=True))
+    x = generate(mean, variance, TIER, CLOCK, talker, Style(closures=True), constraints=Constraints.joined([jaw, lip]))
+    aperture = talker.gauges["aperture"](x)[83:87]
+    if open_:
+        assert (x[85] >= np.array(least) - 1e-4).all() and aperture[2] >= 3.5 - 1e-4
+    else:
+        assert aperture.max() < talker.levels["aperture"] + 1e-5
+
+
 @pytest.mark.parametrize("wrong", [{"articulation": -1.0}, {"articulation": float("nan")}, {"release": "long"},
                                    {"by_group": {"jaw": -0.5}}])
 def test_a_dial_that_is_no_number_is_named(wrong):
