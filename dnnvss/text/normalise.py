@@ -22,7 +22,8 @@ _EMPHASIS = re.compile(r"(?<![\w*])(\*{1,3})(?=[^\s*])([^*\n]*[^\s*])\1(?!\w)"
                        r"|(?<!\w)(_{1,2})(?=[^\s_])([^_\n]*[^\s_])\3(?!\w)")
 _ELIDED = re.compile(r"['\u2019](?:\d\ds|em|til|cause|tis|twas|bout|round|n['\u2019]?)(?!\w)", re.IGNORECASE)
 _QUANTITY = re.compile(r"['\u2019+\-\u2212\u2013(.$£¥\u20a0-\u20bf\u0e3f]*\d|[-\u2212\u2013]?[$£¥\u20a0-\u20bf\u0e3f]"
-                       r"|\^|[A-Z]{1,2}\$\s?\d|Rs\.?\s?\d|[A-Za-z]{3,9}\.?\s(?:the\s)?\d|the\s\d", re.IGNORECASE)
+                       r"|[\^½⅓⅔¼¾⅛]|[A-Z]{1,2}\$\s?\d|Rs\.?\s?\d|[A-Za-z]{3,9}\.?\s(?:the\s)?\d|the\s\d",
+                       re.IGNORECASE)
 _NUMBERED = re.compile(r"[^\s(]$|[\d%]\s$")
 """What stands before a dash that is no sign of a negative number."""
 _AHEAD = 1000  # letters after a piece that may tell how it is read
@@ -219,10 +220,11 @@ def _spoken(text: str, at: int, british: bool, shouting: bool, lenient: bool, fo
         return None if text[at] not in table("symbols") else _symbol(text, at, found)
     if (end := _by_number(text, at, british, found)) is not None:
         return end
-    before = found[-1].written if found and found[-1].brk != "major" else ""
+    before = found[-1].written if found and found[-1].brk == "none" else ""
+    joined = at > 0 and text[at - 1] in "/&"
     for pattern, rule in wording.RULES:
         if match := pattern.match(text, at):
-            said = rule(match, Place(before, _after(match), british, shouting))
+            said = rule(match, Place(before, _after(match), british, shouting, joined))
             if said is not None:
                 return _add(found, match, said)
     return _symbol(text, at, found)

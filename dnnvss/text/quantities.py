@@ -25,6 +25,7 @@ BRACKETED = r"\((?:\d{3}\)\s?\d{3}[\s-]\d{4}|0\d{2,4}\)\s?\d{3,4}[\s-]\d{3,4})(?
 """A telephone number whose first group stands in brackets."""
 
 
+_TIMES = "yr|year|mo|month|wk|week|day|hr|hour|h|min|minute|sec|second|s|night|person|mile|km|kg|lb"
 _DATED = re.compile(r"\b(?:in|since|of|by|until|before|after|from|year|around|circa)\s$", re.IGNORECASE)
 
 
@@ -124,7 +125,13 @@ def _fraction(m: re.Match[str], british: bool) -> Said:
     if top == bottom and not m["whole"] and top > 1:  # 50/50, 20/20
         return [*numbers.cardinal(top, british), *numbers.cardinal(bottom, british)]
     whole = [*numbers.cardinal(int(m["whole"]), british), "and"] if m["whole"] else []
-    return whole + numbers.fraction(top, bottom, british)
+    return [*whole, *numbers.fraction(top, bottom, british), *_unit(m, bool(m["whole"]) or top > bottom)]
+
+
+def _unit(m: re.Match[str], several: bool) -> list[str]:
+    """The unit behind a number, and *per* what."""
+    unit = m["unit"] or m["spaced"]
+    return [*(unit_words(unit, not several or each(m)) if unit else []), *per(m)]
 
 
 _VULGAR = {"½": "half", "⅓": "third", "⅔": "two thirds", "¼": "quarter", "¾": "three quarters", "⅛": "eighth"}
@@ -132,25 +139,33 @@ _VULGAR = {"½": "half", "⅓": "third", "⅔": "two thirds", "¼": "quarter", "
 
 def _vulgar(m: re.Match[str], british: bool) -> Said:
     part = _VULGAR[m["f"]]
+    if not m["n"]:
+        return [*(part if " " in part else f"one {part}").split(), *_unit(m, several=False)]
     tail = part if " " in part else f"{'an' if part == 'eighth' else 'a'} {part}"
-    return [*numbers.cardinal(int(m["n"]), british), "and", *tail.split()]
+    return [*numbers.cardinal(int(m["n"]), british), "and", *tail.split(), *_unit(m, several=True)]
 
 
 def _range(m: re.Match[str], british: bool) -> Said:
-    unit = m["unit"] or m["spaced"]
     between = "minus" if re.match(r"\s*=", m.string[m.end() : m.end() + 9]) else "to"
-    return [*plain_number(m["a"], british), between, *plain_number(m["b"], british),
-            *(unit_words(unit, each(m)) if unit else []), *per(m)]
+    return [*plain_number(m["a"], british), between, *plain_number(m["b"], british), *_unit(m, several=True)]
 
 
 def _product(m: re.Match[str], british: bool) -> Said:
     """Two or three lengths (*4x4*, *5 x 3 m*), or factors where a result follows."""
     times = "times" if re.match(r"\s*=", m.string[m.end() : m.end() + 9]) else "by"
-    unit = m["unit"] or m["spaced"]
     words = plain_number(m["a"], british)
     for part in re.findall(NUMBER, m["more"]):
         words += [times, *plain_number(part, british)]
-    return [*words, *(unit_words(unit, each(m)) if unit else [])]
+    return [*words, *_unit(m, several=True)]
+
+
+def _decades(m: re.Match[str], british: bool) -> Said:
+    return [*numbers.decade(int(m["a"])), "to", *numbers.decade(int(m["b"]))]
+
+
+def _counted(m: re.Match[str], british: bool) -> Said:
+    """So many of something in a time or for one: *365 days/yr*."""
+    return [*numbers.number(m["n"], british), m["what"], *per(m)]
 
 
 def _power(m: re.Match[str], british: bool) -> Said:
@@ -237,12 +252,14 @@ def _many() -> list[Rule]:
         rule_of(f"(?:{_TELEPHONE})(?!\\d)", _telephone),
         rule_of(r"\d+(?:-\d+){2,7}(?![\w-])", _groups),
         rule_of(rf"(?P<n>\d{{1,3}}(?:,\d{{3}})+|\d+)(?:st|nd|rd|th){END}", _ordinal, ignore_case=True),
+        rule_of(rf"['\u2019]?(?P<a>\d{{2}}|\d{{4}})s[-\u2013]['\u2019]?(?P<b>\d{{2}}|\d{{4}})s{END}", _decades),
         rule_of(r"(?P<n>10+)s(?=\sof\b)", _plural),
         rule_of(rf"(?:['\u2019](?=\d\d['\u2019]?s))?(?P<n>\d{{2}}|\d{{4}})['\u2019]?s{END}",
                 lambda m, _: numbers.decade(int(m["n"]))),
+        rule_of(rf"(?P<n>{NUMBER})\s(?P<what>[a-z]{{2,12}}s)\s?/\s?(?P<per>{_TIMES})(?![\w/])", _counted),
         *lengths.rules(),
-        rule_of(rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}}){END}", _fraction),
-        rule_of(r"(?P<n>\d+)\s?(?P<f>[½⅓⅔¼¾⅛])", _vulgar),
+        rule_of(rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}})(?:{unit}|{END}(?P<none>))", _fraction),
+        rule_of(rf"(?:(?P<n>\d+)\s?)?(?P<f>[½⅓⅔¼¾⅛])(?:{unit})?", _vulgar),
         rule_of(rf"(?P<a>{NUMBER})(?P<more>(?:\s?x\s?{NUMBER}|\u00d7{NUMBER}(?!\^)){{1,2}})(?:{unit})?(?![\w^])",
                 _product),
         rule_of(rf"(?P<a>{NUMBER})\s?(?P<unit>{any_unit()}){TO}(?P<b>{NUMBER})\s?(?P=unit)(?![\w-])",

@@ -22,8 +22,9 @@ _CLEAR = _NAMED | word_set("ai tv pc uk eu os ip hr ny dc ev po")
 _SOUNDS = word_set("tsk nth pst hm mm sh hmm psst pfft brr grr")
 _SHORT = 6  # letters of a word that may be an acronym in lower case
 _STARTERS = word_set(
-    "The He She It We They I But In And You This That There A An On At My His Her Our What When Who Why "
-    "How"
+    "The He She It We They I But In And You This That These Those There A An On At My His Her Its Our Your Their "
+    "What When Where Which While Who Why How All As If So For Not Now Then Here From With After Before Some Many Most "
+    "Each Every Since Because However"
 )
 _NUMBERED = word_set(
     "chapter part war act volume section phase type book title class article bowl rocky level stage step grade scene "
@@ -53,12 +54,14 @@ class Place:
         after: the text that follows the piece.
         british: British reading of numbers and dates.
         shouting: the text is written in capitals, so capitals mean nothing.
+        joined: a sign stands right before it that joins it to what is there (*A/C*, *Q&A*).
     """
 
     before: str
     after: str
     british: bool
     shouting: bool
+    joined: bool = False
 
 
 def _has(word: str) -> bool:
@@ -74,6 +77,11 @@ def _letters(text: str) -> list[str]:
     return [c.upper() for c in text if c.isalpha()]
 
 
+_CODAS = word_set(
+    "bb bs ch ck cs ct cz dd dl ds dt ff fs ft gg gh gn gs gt hl hm hn hr hs kh ks lb lc ld lf lk ll lm ln lp ls lt lz "
+    "mb mm mn mp ms nc nd ng nh nk nn ns nt nx nz pf ph pp ps pt rb rc rd rf rg rk rl rm rn rp rr rs rt rv rz sh sk sm sp "
+    "ss st sz th ts tt tz vs wd wk wl wn ws xt zz")
+"""The two consonants in which words of English end."""
 _ONSET = re.compile(
     "(?:sch|scr|shr|spl|spr|str|thr|chr|phr|b[lr]|c[hlr]|d[rw]|f[lr]|g[hlnr]|k[hlnr]|mc|p[hlnrs]|qu?|rh|s[chklmnpqtvw]|"
     "t[hrsw]|v[lr]|w[hr]|zh|[bcdfghjklmnpqrstvwxyz])?[aeiouy]")
@@ -81,8 +89,9 @@ _ONSET = re.compile(
 
 
 def _readable(word: str) -> bool:
-    """Whether letters can be read as a word: they begin as words do, and not too many of a kind follow each other."""
-    return bool(_ONSET.match(word)) and not re.search("[^aeiouy']{4}|[aeiou]{4}|([a-z])\\1\\1", word)
+    """Whether letters can be read as a word: they begin and end as words do, and few of a kind follow each other."""
+    ends = word[-2:] in _CODAS or not re.search("[^aeiouy']{2}$", word)
+    return ends and bool(_ONSET.match(word)) and not re.search("[^aeiouy']{4}|[aeiou]{4}|([a-z])\\1\\1", word)
 
 
 # ---- addresses -------------------------------------------------------------------------------------------------------
@@ -145,7 +154,7 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
     """Return an abbreviation in words, None where the piece is an ordinary word."""
     word, dot = match["word"].replace("\u2019", "'"), bool(match["dot"])
     entry = table("abbreviations").get(word.lower())
-    if entry is None or (place.shouting and not dot):
+    if entry is None or (place.shouting and not dot and "/" not in word) or (word == "P" and entry[1] == "number"):
         return None
     said, when = entry
     capital, named = word[0].isupper(), bool(re.match(r"\s+[A-Z]", place.after))
@@ -154,7 +163,7 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
     if word in ("Dr", "St") and (not named or ends_sentence(place.after)) and place.before[:1].isupper():
         said, when = {"Dr": "drive", "St": "street"}[word], "any"
     fits = {"any": True, "dot": dot, "Dot": dot and capital, "cap": dot and capital and inside,
-            "number": bool(re.match(r"\s*\d", place.after)), "Year": dated, "title": capital and named,
+            "number": bool(re.match(r"\s*\(?(?:\d|[IVXL]+\b)", place.after)), "Year": dated, "title": capital and named,
             "Title": capital and named and dot}[when]
     if not fits or (place.after[:1].isdigit() and when not in ("number", "Year")):
         return None
@@ -225,6 +234,9 @@ def word(match: re.Match[str], place: Place) -> list[str] | None:
 
 
 def _hyphenated(part: str, place: Place) -> list[str] | None:
+    entry = table("abbreviations").get(part.lower())
+    if entry and entry[1] == "any" and part.isupper() and not place.shouting:
+        return entry[0].split()
     if part.isdigit():
         return plain_number(part, place.british)
     if re.fullmatch(r"\d0s|\d{3}0s", part):
@@ -291,11 +303,12 @@ def _single(letter: str, place: Place) -> str:
     """Return a lone letter: the article *a*, the pronoun *I*, else the letter's name."""
     if letter in ("i", "I"):
         return "i"
-    if letter == "a" or (letter == "A" and place.shouting):
+    if letter == "a" or (letter == "A" and place.shouting and not place.joined):
         return "a"
     if letter == "A":
-        follows = re.match(r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)]", place.after)
-        return "A" if follows or place.before.lower() in _LETTERED or place.before.lower() == "an" else "a"
+        follows = re.match(r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)/&+-]|['\u2019]s", place.after)
+        before = place.before.lower()
+        return "A" if follows or place.joined or before in _LETTERED or before == "an" else "a"
     return derive.plain(letter).upper()
 
 
@@ -304,8 +317,17 @@ def foreign_letter(text: str) -> str:
     return next((c for c in text if c.isalpha() and not derive.plain(c)), "")
 
 
+BY = re.compile(r"x(?=\s?\d)")
+_MEASURED = re.compile(r"\d\s?(?:(?:ft|in|m|cm|mm|km|yd|px)\.?|['\"\u2019\u201d\u2032\u2033])?\s?$")
+
+
+def by(match: re.Match[str], place: Place) -> list[str] | None:
+    """Return *by* for the sign between two lengths, None elsewhere."""
+    return ["by"] if _MEASURED.search(match.string[max(match.start() - 9, 0) : match.start()]) else None
+
+
 RULES: tuple[tuple[re.Pattern[str], Callable[[re.Match[str], Place], list[str] | list[Token] | None]], ...] = (
-    (ADDRESS, address), (INITIALS, initials), (SPAN, span), (ABBREVIATION, abbreviation), (ROMAN, roman),
+    (ADDRESS, address), (BY, by), (INITIALS, initials), (SPAN, span), (ABBREVIATION, abbreviation), (ROMAN, roman),
     (MIXED, lambda m, place: mixed(m[0], place)), (WORD, word),
 )
 """The rules in the order in which they are tried."""

@@ -172,3 +172,20 @@ def test_short_forms_and_names() -> None:
         ("my .NET", "my dot net"),
         ("the end.and so on", "the end. and so on"),
     ])
+
+
+def test_neighbours_that_change_what_a_sign_means() -> None:
+    same([
+        ("The S&P 500", "the S and P five hundred"),
+        ("Dr. No, Dr. Who", "doctor no, doctor who"),
+        ("1/4 lb. butter, ½ lb", "one quarter pound butter, one half pound"),
+        ("2½ lbs. of it", "two and a half pounds of it"),
+        ("365 days/yr", "three hundred sixty five days per year"),
+        ("the 1950s-60s", "the nineteen fifties to sixties"),
+        ("Q&A with an A/C unit", "Q and A with an A C unit"),
+        ("5'9\" x 3'2\"", "five foot nine by three foot two"),
+        ("vol. II and Eq. (4)", "volume two and equation, four,"),
+        ("pre-WWII, ↑5%", "pre world war two, up five percent"),
+        ("Acme Corp. All rights", "acme corporation. all rights"),
+        ("omg idk, the ISDN", "O M G I D K, the I S D N"),
+    ])
