@@ -79,8 +79,8 @@ def _letters(text: str) -> list[str]:
 
 _CODAS = word_set(
     "bb bs ch ck cs ct cz dd dl ds dt ff fs ft gg gh gn gs gt hl hm hn hr hs kh ks lb lc ld lf lk ll lm ln lp ls lt lz "
-    "mb mm mn mp ms nc nd ng nh nk nn ns nt nx nz pf ph pp ps pt rb rc rd rf rg rk rl rm rn rp rr rs rt rv rz sh sk sm sp "
-    "ss st sz th ts tt tz vs wd wk wl wn ws xt zz")
+    "mb mm mn mp ms nc nd ng nh nk nn ns nt nx nz pf ph pp ps pt rb rc rd rf rg rk rl rm rn rp rr rs rt rv rz sh sk "
+    "sm sp ss st sz th ts tt tz vs wd wk wl wn ws xt zz")
 """The two consonants in which words of English end."""
 _ONSET = re.compile(
     "(?:sch|scr|shr|spl|spr|str|thr|chr|phr|b[lr]|c[hlr]|d[rw]|f[lr]|g[hlnr]|k[hlnr]|mc|p[hlnrs]|qu?|rh|s[chklmnpqtvw]|"
