@@ -28,7 +28,8 @@ _COUNTED = word_set("cardinal number")
 _READ = _COUNTED | word_set("date time currency fraction unit address name measure text")
 _UNHEARD = {"voice": "another voice", "lang": "another language"}
 _ILL_WRITTEN = re.compile(rf"</?(?:{'|'.join(sorted(_SILENT - {'a', 'b', 'i', 'u', 'w'}))}|break|sub|phoneme)\b"
-                          r"|<\s*/?\s*(?:speak|break|prosody|emphasis|say-as|phoneme|sub)\b[^<>]*>", re.IGNORECASE)
+                          r"|<\s*/?\s*(?:speak|break|prosody|emphasis|say-as|phoneme|sub)\b[^<>]*>"
+                          r"|<[a-z][\w:-]*\s+[\w:-]+\s*=[^<>]*>|<v[ .][^<>]*>|<\d\d:\d\d[^<>]*>", re.IGNORECASE)
 """What was meant for a tag."""
 KNOWN = "break, emphasis, p, s, phoneme, prosody (rate), say-as, speak and sub"
 """Tags that change what is said or when."""
@@ -45,6 +46,7 @@ class Reading:
         ordinal: a number in it is a rank.
         counted: a number in it is no year.
         dates: order of day, month and year (``dmy``), empty where none is told.
+        dated: it is a date.
         phones: how it is said, in ARPAbet; empty where that is not told.
         written: what stands in the text in its place, where that is something else.
         doubt: what was asked for and cannot be done.
@@ -56,6 +58,7 @@ class Reading:
     ordinal: bool = False
     counted: bool = False
     dates: str = ""
+    dated: bool = False
     phones: str = ""
     written: str = ""
     doubt: str = ""
@@ -218,7 +221,7 @@ def _changed(reading: Reading, name: str, values: dict[str, str]) -> Reading:
         if kind == "ordinal":
             return replace(reading, ordinal=True)
         if kind == "date":
-            return replace(reading, dates=values.get("format", "").lower())
+            return replace(reading, dates=values.get("format", "").lower(), dated=True)
         if kind.removeprefix("vxml:") in _COUNTED:
             return replace(reading, counted=True)
         if kind.removeprefix("vxml:") not in _READ:
@@ -232,7 +235,7 @@ def _rate(value: str) -> float:
     text = value.strip().lower()
     if text in _RATES:
         return _RATES[text]
-    match = re.fullmatch(r"([+-]?)(\d{1,4}(?:\.\d+)?)(%?)", text)
+    match = re.fullmatch(r"([+-]?)(\d{1,4}(?:\.\d+)?|\.\d+)(%?)", text)
     if match:
         number = float(match[2]) / (100 if match[3] else 1)
         rate = 1 + number if match[1] == "+" else 1 - number if match[1] == "-" else number

@@ -82,7 +82,7 @@ def _read(piece: Piece, british: bool, shouting: bool, lenient: bool, found: lis
     else:
         text = _RANK.sub(r"\1th", piece.text) if how.ordinal else piece.text
         text = _YEAR.sub(lambda m: f"{int(m[0]):,}", text) if how.counted else text
-        text = in_order(text, how.dates) if how.dates else text
+        text = in_order(text, how.dates or ("yyyymmdd" if how.dated and _EIGHT.fullmatch(text) else ""))
         _scan(text, british, shouting, lenient, inner)
     if inner and not inner[0].words:
         _break(found, "major", inner.pop(0).pause)
@@ -94,6 +94,8 @@ def _read(piece: Piece, british: bool, shouting: bool, lenient: bool, found: lis
 
 _YEAR = re.compile(r"(?<![\d.,])[1-9]\d{3,11}(?![\d,])")
 """A number without signs between its thousands."""
+_EIGHT = re.compile(r"\s*(?:1[5-9]|20)\d{6}\s*")
+"""A date of eight digits."""
 _RANK = re.compile(r"\b(\d{1,12})\b(?!\s*th)")
 
 

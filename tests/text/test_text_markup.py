@@ -75,11 +75,17 @@ def test_every_sign_of_the_table_is_a_phone() -> None:
         arpabet("a", "x-kirshenbaum")
 
 
-@pytest.mark.parametrize("rate, factor", [("slow", 0.75), ("150%", 1.5), ("+10%", 1.1), ("-20%", 0.8), ("0.5", 0.5)])
+@pytest.mark.parametrize("rate, factor", [
+    ("slow", 0.75), ("150%", 1.5), ("+10%", 1.1), ("-20%", 0.8), ("0.5", 0.5), (".8", 0.8)])
 def test_prosody_changes_the_rate_of_its_words(rate: str, factor: float) -> None:
     sentence = parse(f"now <prosody rate='{rate}'>and here</prosody> again")
     assert [w.rate for w in sentence.words] == pytest.approx([1, factor, factor, 1])
     assert len(rates(sentence)) == sum(len(w.phones) for w in sentence.words) and np.all(rates(sentence) > 0)
+
+
+def test_a_date_of_eight_digits_is_one() -> None:
+    assert spoken("<say-as interpret-as='date'>20200310</say-as>") == "march tenth twenty twenty"
+    assert spoken("<say-as interpret-as='date'>12/3/2020</say-as>") == "december third twenty twenty"
 
 
 def test_emphasis_nests_and_ends() -> None:
@@ -92,6 +98,7 @@ def test_emphasis_nests_and_ends() -> None:
     ("<audio src='a.mp3'/> hi", "<audio>"), ("<say-as interpret-as='expletive'>x</say-as>", "'expletive'"),
     ("<break time='soon'/> hi", "'soon'"), ("<break time=2s> hi", "<break time=2s>"),
     ("<sub alias='x'>y", "not closed"), ("&nosuch; hi", "&nosuch;"), ("< speak >hi</ speak >", "< speak >"),
+    ("<a href=x>link</a>", "<a href=x>"), ("<v Bob>Hi there", "<v Bob>"), ("<00:00:01.000>hi", "<00:00:01.000>"),
     ("<prosody rate='warp'>x</prosody>", "'warp'"), ("<break strength='odd'/> x", "'odd'")])
 def test_what_is_not_understood_is_named(text: str, said: str) -> None:
     with pytest.raises(DnnvssError, match=said):
