@@ -262,7 +262,9 @@ def _add(found: list[Token], match: re.Match[str], said: list[str] | list[Token]
 def _symbol(text: str, at: int, found: list[Token]) -> int | None:
     sharp = text[at] == "#" and _SHARP.search(text[max(at - 3, 0) : at])
     product = text[at] == "*" and not _quiet_sign(text, at) and re.match(r"\s?\d", text[at + 1 : at + 3])
-    entry = ("sharp",) if sharp else ("times",) if product else table("symbols").get(text[at])
+    divided = text[at] == "/" and re.match(r"\d\s/\s\d", text[max(at - 2, 0) : at + 3])
+    entry = (("sharp",) if sharp else ("times",) if product else ("divided by",) if divided
+             else table("symbols").get(text[at]))
     if entry is None:
         return None
     found.append(Token(text[at], tuple(entry[0].split())))

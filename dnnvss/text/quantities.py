@@ -17,7 +17,7 @@ from dnnvss.text.amounts import (
     unit_pattern,
     unit_words,
 )
-from dnnvss.text.tokens import Token, word_list
+from dnnvss.text.tokens import Token, table, word_list
 
 MONTHS = word_list("january february march april may june july august september october november december")
 _MONTH = r"(?P<month>(?:" + "|".join(f"{m[:3]}(?:{m[3:]})?" for m in MONTHS) + r"|sept)\.?)"
@@ -25,6 +25,11 @@ BRACKETED = r"\((?:\d{3}\)\s?\d{3}[\s-]\d{4}|0\d{2,4}\)\s?\d{3,4}[\s-]\d{3,4})(?
 """A telephone number whose first group stands in brackets."""
 
 
+_DIALLED = re.compile(r"\b(?:call(?:ed)?|dial(?:l?ed)?|ring|phone)\s$", re.IGNORECASE)
+_CURRENT = re.compile(r"\s(?:fuse|charger|current|circuit|breaker|supply|battery|at\b|@|\d+\s?V)")
+_WORDED = "|".join(sorted((u for u in table("units") if u in "mg" or (u.isalpha() and u.islower() and len(u) > 1)),
+                          key=len, reverse=True))
+"""Units that stand behind a hyphen."""
 _TIMES = "yr|year|mo|month|wk|week|day|hr|hour|h|min|minute|sec|second|s|night|person|mile|km|kg|lb"
 _DATED = re.compile(r"\b(?:in|since|of|by|until|before|after|from|year|around|circa)\s$", re.IGNORECASE)
 
@@ -180,6 +185,8 @@ def _quantity(m: re.Match[str], british: bool) -> Said:
     unit = m["unit"] or m["spaced"]
     if unit == "p" and float(m["n"].replace(",", "")) >= 240:  # 1080p is a picture, not a price
         return [*numbers.number(m["n"], british), "P"]
+    if unit == "A" and "." not in m["n"] and not _CURRENT.match(m.string, m.end()):  # a flat or a gate
+        return None
     sign = ["minus"] if m["minus"] else []
     single = m["n"] == "1" or (unit != "p" and each(m))
     return [*sign, *numbers.number(m["n"], british), *unit_words(unit, single), *per(m)]
@@ -195,8 +202,18 @@ def _plural(m: re.Match[str], british: bool) -> Said:
     return [*([] if start == ["one"] else start), last if last.endswith("s") else last + "s"]
 
 
+def _hyphenated(m: re.Match[str], british: bool) -> Said:
+    """A measure of one thing with a hyphen: *a 5-kg bag*, *6-ft-tall*."""
+    return [*plain_number(m["n"], british), *unit_words(m["unit"], singular=True)]
+
+
+def _scientific(m: re.Match[str], british: bool) -> Said:
+    power = numbers.number(m["e"], british)
+    return [*numbers.number(m["n"], british), "times", "ten", "to", "the", "power", "of", *power]
+
+
 def _compound(m: re.Match[str], british: bool) -> Said:
-    return [*plain_number(m["n"], british), *m["words"].strip("-").split("-")]
+    return [*plain_number(m["n"], british), *m["words"].replace("\u2019", "'").strip("-").split("-")]
 
 
 def _mixed(m: re.Match[str], british: bool) -> Said:
@@ -220,6 +237,9 @@ def _versions(m: re.Match[str], british: bool) -> Said:
 
 def _plain(m: re.Match[str], british: bool) -> Said:
     sign = {"+": ["plus"]}.get(m["sign"], ["minus"]) if m["sign"] else []
+    if not sign and len(m["n"]) == 3 and _DIALLED.search(m.string[max(m.start() - 9, 0) : m.start()]) and not re.match(
+            r"\s(?:people|of|[a-z]+s)\b", m.string[m.end() : m.end() + 20]):
+        return numbers.digits(m["n"])
     if not sign and re.fullmatch(r"1[01]\d\d", m["n"]) and _DATED.search(m.string[: m.start()]):
         return numbers.year(int(m["n"]), british)
     return [*sign, *plain_number(m["n"], british)]
@@ -258,7 +278,7 @@ def _many() -> list[Rule]:
                 lambda m, _: numbers.decade(int(m["n"]))),
         rule_of(rf"(?P<n>{NUMBER})\s(?P<what>[a-z]{{2,12}}s)\s?/\s?(?P<per>{_TIMES})(?![\w/])", _counted),
         *lengths.rules(),
-        rule_of(rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}})(?:{unit}|{END}(?P<none>))", _fraction),
+        rule_of(rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}})(?:{unit}|(?:rd|th|nd)?s?{END})", _fraction),
         rule_of(rf"(?:(?P<n>\d+)\s?)?(?P<f>[½⅓⅔¼¾⅛])(?:{unit})?", _vulgar),
         rule_of(rf"(?P<a>{NUMBER})(?P<more>(?:\s?x\s?{NUMBER}|\u00d7{NUMBER}(?!\^)){{1,2}})(?:{unit})?(?![\w^])",
                 _product),
@@ -267,6 +287,8 @@ def _many() -> list[Rule]:
         rule_of(rf"(?P<a>{NUMBER})\s?[\u2013\u2014-]\s?(?P<b>{NUMBER})(?:{unit})?(?![\w-])", _range),
         rule_of(rf"\d+(?:\.\d+){{2,}}{END}", _versions),
         rule_of(rf"{MINUS}(?P<n>{NUMBER}){unit}", _quantity),
+        rule_of(rf"(?P<n>{NUMBER})-(?P<unit>{_WORDED})(?![\w/])", _hyphenated),
+        rule_of(rf"(?P<n>\d+(?:\.\d+)?)(?:e\+?|[eE](?=[-\u2212]))(?P<e>[-\u2212]?\d{{1,3}}){END}", _scientific),
         rule_of(rf"(?P<n>\d+\.\d+)(?P<scale>[KMB]){END}", _short_scale),
         rule_of(rf"(?P<n>{NUMBER})(?P<scale>[bmt]n|(?<!^3)(?<!\D3)[MB](?=\s(?:people|[a-z]+s)\b)){END}", _short_scale),
         rule_of(r"(?<=[\w)])\^(?P<n>[-\u2212]?(?:\d+(?:\.\d+)?|[A-Za-z](?![A-Za-z])))", _power),
@@ -277,7 +299,7 @@ def rules() -> list[Rule]:
     """Return the rules in the order in which they are tried."""
     return [
         *_dates(), *hours.rules(), *_many(),
-        rule_of(rf"(?P<n>\d+)(?P<words>(?:-[a-z]+)+){END}", _compound),
+        rule_of(rf"(?P<n>\d+)(?P<words>(?:-[a-z]+(?:['\u2019]s)?)+){END}", _compound),
         rule_of(rf"\d+(?:[A-Za-z]+\d*)+{END}", _mixed),
         rule_of(rf"(?P<sign>(?<![\w)%°\u20a0-\u20bf$£¥¢])[-\u2212\u2013+])?(?P<n>{NUMBER})", _plain),
     ]

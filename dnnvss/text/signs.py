@@ -15,7 +15,7 @@ _DEGREES = re.compile(r"(?<=\d)\s?[º°]\s?(?=[CF]\b)|(?<=\d)º(?!\w)")
 _OTHER = re.compile(r"[^\x00-\x7f]")
 _APART = ("<circle>",)
 _THOUSANDS = re.compile(r"(?<![\d.,+-])(?<!\d\s)[1-9]\d{0,2}"
-                        r"(?:(?:[\u00a0\u2009\u202f]\d{3})+|(?:\s\d{3})*\s000)(?![\s-]?\d)")
+                        r"(?:(?:[\u00a0\u2009\u202f'\u2019_]\d{3})+|(?:\s\d{3})*\s000)(?![\s-]?\d)")
 """A number with spaces between its thousands; plain ones part two numbers, but hardly before three zeros."""
 _KEPT = frozenset("…½⅓⅔¼¾⅛ªº⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ⁿ™№´¨″‴µ")
 
@@ -30,11 +30,11 @@ def plain_signs(text: str) -> str:
 
     Raised digits that are a power stand behind ``^`` (``10⁶`` is ``10^6``; squares and cubes stay, for units), those
     behind a longer word or a sign mark a footnote and go. Lowered ones are digits (``CO₂``), fractions are written with
-    a stroke (``⅝`` is ``5/8``), spaces between thousands become commas, and an apostrophe between letters is straight,
-    whichever sign was typed for it.
+    a stroke (``⅝`` is ``5/8``), signs and spaces between thousands become commas, and an apostrophe between letters is
+    straight, whichever sign was typed for it.
     """
     text = _APOSTROPHE.sub("'", unicodedata.normalize("NFC", visible(text)))
-    text = _THOUSANDS.sub(lambda m: re.sub(r"\s", ",", m[0]), text)
+    text = _THOUSANDS.sub(lambda m: re.sub(r"[\s'\u2019_]", ",", m[0]), text)
     if text.isascii():
         return text
     text = _RAISED.sub(_power, text)

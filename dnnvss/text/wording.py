@@ -160,7 +160,8 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
     capital, named = word[0].isupper(), bool(re.match(r"\s+[A-Z]", place.after))
     dated = dot and word.islower() and bool(re.match(r"\s*\d{3,4}(?!\d)", place.after))
     inside = bool(re.match(r",|\s+[a-z\d]", place.after))
-    if word in ("Dr", "St") and (not named or ends_sentence(place.after)) and place.before[:1].isupper():
+    street = re.match(r"[A-Z]|\d+(?:st|nd|rd|th)$", place.before)
+    if word in ("Dr", "St") and (not named or ends_sentence(place.after)) and street:
         said, when = {"Dr": "drive", "St": "street"}[word], "any"
     fits = {"any": True, "dot": dot, "Dot": dot and capital, "cap": dot and capital and inside,
             "number": bool(re.match(r"\s*\(?(?:\d|[IVXL]+\b)", place.after)), "Year": dated, "title": capital and named,
@@ -322,8 +323,10 @@ _MEASURED = re.compile(r"\d\s?(?:(?:ft|in|m|cm|mm|km|yd|px)\.?|['\"\u2019\u201d\
 
 
 def by(match: re.Match[str], place: Place) -> list[str] | None:
-    """Return *by* for the sign between two lengths, None elsewhere."""
-    return ["by"] if _MEASURED.search(match.string[max(match.start() - 9, 0) : match.start()]) else None
+    """Return *by* for the sign between two lengths, *times* before a power, None elsewhere."""
+    if not _MEASURED.search(match.string[max(match.start() - 9, 0) : match.start()]):
+        return None
+    return ["times" if re.match(r"\s?\d+\^", place.after) else "by"]
 
 
 RULES: tuple[tuple[re.Pattern[str], Callable[[re.Match[str], Place], list[str] | list[Token] | None]], ...] = (

@@ -189,3 +189,17 @@ def test_neighbours_that_change_what_a_sign_means() -> None:
         ("Acme Corp. All rights", "acme corporation. all rights"),
         ("omg idk, the ISDN", "O M G I D K, the I S D N"),
     ])
+
+
+def test_measures_with_hyphens_and_numbers_of_science() -> None:
+    same([
+        ("a 5-kg bag, a 6-ft-tall man", "a five kilogram bag, a six foot tall man"),
+        ("a 4-year-old's toy", "a four year old's toy"),
+        ("Route 1A, a 10A fuse", "route one A, a ten amp fuse"),
+        ("42nd St. is long", "forty second street is long"),
+        ("1e-5", "one times ten to the power of minus five"),
+        ("6.022x10^23", "six point zero two two times ten to the power of twenty three"),
+        ("2/3rds, 10 / 2 = 5", "two thirds, ten divided by two equals five"),
+        ("1'000 and 1_000", "one thousand and one thousand"),
+        ("Call 911, call 100 people", "call nine one one, call one hundred people"),
+    ])
