@@ -48,6 +48,10 @@ _PREFIXES: tuple[tuple[str, Phones], ...] = (
     ("under", ("AH", "N", "D", "ER")), ("mis", ("M", "IH", "S")), ("anti", ("AE", "N", "T", "IY")),
     ("super", ("S", "UW", "P", "ER")), ("micro", ("M", "AY", "K", "R", "OW")), ("multi", ("M", "AH", "L", "T", "IY")),
     ("inter", ("IH", "N", "T", "ER")), ("pre", ("P", "R", "IY")), ("semi", ("S", "EH", "M", "IY")),
+    ("auto", ("AO", "T", "OW")), ("nano", ("N", "AE", "N", "OW")), ("milli", ("M", "IH", "L", "AH")),
+    ("centi", ("S", "EH", "N", "T", "AH")), ("deci", ("D", "EH", "S", "IH")), ("hecto", ("HH", "EH", "K", "T", "OW")),
+    ("kilo", ("K", "IH", "L", "AH")), ("mega", ("M", "EH", "G", "AH")), ("giga", ("G", "IH", "G", "AH")),
+    ("tera", ("T", "EH", "R", "AH")), ("peta", ("P", "EH", "T", "AH")),
 )
 
 

@@ -90,6 +90,8 @@ def test_network_spells_and_stresses() -> None:
     ("i'd've", "AY D AH V"), ("they'd've", "DH EY D AH V"), ("shouldn't've", "SH UH D AH N T AH V"),
     ("bob'll", "B AA B AH L"), ("sooo", "S OW"), ("whaaat", "W AH T"),
     ("cooool", "K UW L"), ("mmmm", "M"), ("psst", "P S T"), ("brrrr", "B ER"),
+    ("megapixels", "M EH G AH P IH K S AH L Z"), ("kiloohms", "K IH L AH OW M Z"),
+    ("autocorrect", "AO T OW K ER EH K T"),
 ])
 def test_contractions_and_what_is_drawn_out(word: str, phones: str) -> None:
     assert " ".join(pronunciations(word)[0]) == phones
