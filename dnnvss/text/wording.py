@@ -37,7 +37,7 @@ _PARTED = word_set("chapter part war act volume section phase article title book
 """Those of them behind which one letter is a numeral too."""
 _LETTERED = word_set(
     "vitamin grade plan type class group hepatitis letter level section option point exhibit team figure "
-    "appendix column row block list"
+    "appendix column row block list part side zone gate unit flat terminal platform exit"
 )
 _TOP_LEVELS = "com org net edu gov uk de fr eu io ai co us ca au info biz tv me dev app nz ie it es nl ch se"
 _ADDRESS_SIGNS = {".": "dot", "/": "slash", "-": "dash", "_": "underscore", "@": "at", ":": "colon",
@@ -97,14 +97,15 @@ def _readable(word: str) -> bool:
 # ---- addresses -------------------------------------------------------------------------------------------------------
 
 ADDRESS = re.compile(
-    r"(?:https?://|ftp://|www\.)[^\s<>\"]*[\w/]|[\w.+-]+@[\w-]+(?:\.[\w-]+)+"
+    r"(?i:https?://|ftp://|www\.)[^\s<>\"]*[\w/]|[\w.+-]+@[\w-]+(?:\.[\w-]+)+"
     rf"|[A-Za-z0-9-]+(?:\.[A-Za-z0-9-]+)*\.(?:{'|'.join(_TOP_LEVELS.split())})(?:\.(?:uk|au|nz))?(?:/[^\s<>\"]*[\w/])?(?![\w])"
+    r"|[A-Z0-9-]+(?:\.[A-Z0-9-]+)*\.(?:COM|ORG|NET|EDU|GOV|CO\.UK)(?![\w])"
 )
 
 
 def address(match: re.Match[str], place: Place) -> list[str]:
     """Return a web or mail address as it is read out: names of signs, words as words, short domains as letters."""
-    text = re.sub(r"^[a-z]+://", "", match[0])
+    text = re.sub(r"(?i)^[a-z]+://", "", match[0])
     words: list[str] = []
     for part in re.findall(r"[A-Za-z]+|\d+|[^\w\s]|_", text):
         if part.isdigit():
@@ -304,11 +305,12 @@ def _single(letter: str, place: Place) -> str:
     """Return a lone letter: the article *a*, the pronoun *I*, else the letter's name."""
     if letter in ("i", "I"):
         return "i"
-    if letter == "a" or (letter == "A" and place.shouting and not place.joined):
+    if letter == "a":
         return "a"
     if letter == "A":
-        follows = re.match(r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)/&+-]|['\u2019]s", place.after)
-        before = place.before.lower()
+        ends = r"\s*$|[.,;:!?)/&+-]|['\u2019]s" if place.shouting else (
+            r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)/&+-]|['\u2019]s")
+        follows, before = re.match(ends, place.after), place.before.lower()
         return "A" if follows or place.joined or before in _LETTERED or before == "an" else "a"
     return derive.plain(letter).upper()
 

@@ -203,3 +203,11 @@ def test_measures_with_hyphens_and_numbers_of_science() -> None:
         ("1'000 and 1_000", "one thousand and one thousand"),
         ("Call 911, call 100 people", "call nine one one, call one hundred people"),
     ])
+
+
+def test_text_in_capitals() -> None:
+    same([
+        ("WE HAVE 5 KG AND 10 KM", "we have five kilograms and ten kilometers"),
+        ("SEE WWW.BBC.CO.UK OR HTTP://X.COM", "see W W W dot bbc dot co dot U K or X dot com"),
+        ("PART A OR A PART, AN A", "part A or a part, an A"),
+    ])
