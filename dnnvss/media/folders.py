@@ -18,7 +18,7 @@ def is_visible(path: Path) -> bool:
 
 
 def find_videos(folder: Path) -> list[Path]:
-    """Return the video files of a folder and of those inside it, or the one file that was named.
+    """Return the video files of a folder and of those inside it that are not hidden, or the one file that was named.
 
     Raises:
         DnnvssError: there is none.
@@ -27,7 +27,8 @@ def find_videos(folder: Path) -> list[Path]:
         return [folder]
     if not folder.exists():
         raise DnnvssError("no such folder or file", file=folder, remedy="Give a folder of videos, or one video")
-    videos = sorted(p for p in folder.rglob("*") if p.suffix.lower() in VIDEOS and is_visible(p))
+    videos = sorted(p for p in folder.rglob("*") if p.suffix.lower() in VIDEOS and is_visible(p)
+                    and not any(part.startswith(".") for part in p.relative_to(folder).parts))
     if not videos:
         raise DnnvssError("holds no video", file=folder, remedy=f"Give a folder with files {', '.join(VIDEOS)}")
     return videos

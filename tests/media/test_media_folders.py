@@ -9,9 +9,10 @@ from dnnvss.media.folders import VIDEOS, find_videos
 
 
 def test_videos_of_all_kinds_are_found_and_what_systems_hide_is_not(tmp_path: Path) -> None:
-    there = [*(f"a{i}{s}" for i, s in enumerate(VIDEOS)), "deep/b.MP4", "._a0.mp4", ".hidden.mp4", "notes.txt"]
+    there = [*(f"a{i}{s}" for i, s in enumerate(VIDEOS)), "deep/b.MP4", "._a0.mp4", ".hidden.mp4", "notes.txt",
+             ".stages/clips/c.mp4", "deep/.trash/d.mp4"]
     for name in there:
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     (tmp_path / "folder.mp4").mkdir()
     found = [p.relative_to(tmp_path).as_posix() for p in find_videos(tmp_path)]
