@@ -216,9 +216,13 @@ def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:
 
 
 def _others(raw: Shelf, name: str, video: Path | None) -> tuple[str, ...]:
-    """A note where there are several videos of one name."""
+    """A note where there are several videos, or several other files of one kind, of one name."""
     kinds = [suffix for suffix in VIDEOS if raw.get(name, suffix) not in (None, video)] if video is not None else []
-    return (f"there is also {name}{', '.join(kinds)}: {video.name} is taken",) if video is not None and kinds else ()
+    notes = [f"there is also {name}{', '.join(kinds)}: {video.name} is taken"] if video is not None and kinds else []
+    for path in raw.twice(name):
+        taken = raw.path(name, path.suffix.lower())
+        notes.append(f"there is also {files.printable(path.name)}: {files.printable(taken.name)} is taken")
+    return tuple(notes)
 
 
 def _landmarks(raw: Shelf, name: str) -> tuple[Path, ...]:

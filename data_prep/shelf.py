@@ -40,10 +40,12 @@ class Shelf:
         self._files: dict[str, dict[str, Path]] = {}
         self._folders: dict[str, Path] = {}
         self._frames: dict[str, list[Path]] = {}
+        self._twice: dict[str, list[Path]] = {}
         for path in sorted(root.iterdir()):
             if is_visible(path):
                 suffix = path.suffix.lower()
-                self._files.setdefault(id_of(path.stem), {}).setdefault(suffix, path)
+                if self._files.setdefault(id_of(path.stem), {}).setdefault(suffix, path) is not path:
+                    self._twice.setdefault(id_of(path.stem), []).append(path)
                 if suffix == ".pts" and (match := _FRAME.fullmatch(id_of(path.stem))):
                     self._frames.setdefault(match[1], []).append(path)
             elif path.is_dir() and any(p.suffix.lower() == ".pts" for p in path.iterdir()):
@@ -60,6 +62,10 @@ class Shelf:
                 for suffix, path in self._files[name].items():
                     self._files[owner].setdefault(suffix, path)
                 del self._files[name]
+
+    def twice(self, name: str) -> list[Path]:
+        """The files of a recording that are not taken, for another one has the same name but for case and accents."""
+        return self._twice.get(name, [])
 
     def others(self, name: str) -> list[Path]:
         """The files whose names begin with that of a recording."""

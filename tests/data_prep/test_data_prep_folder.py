@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from films import talker_folder
 
-from data_prep.folder import _landmarks, _marks, prepare_folder
+from data_prep.folder import _landmarks, _marks, _others, prepare_folder
 from data_prep.landmarks import read_raw
 from data_prep.recipe import Source, own_lexicon
 from data_prep.shelf import Shelf
@@ -179,6 +179,14 @@ def test_pts_files_are_those_of_the_id_alone(tmp_path: Path) -> None:
         write_pts(tmp_path / f"{stem}.pts", np.zeros((68, 2)))
     assert [p.stem for p in _landmarks(Shelf(tmp_path), "clip")] == ["clip_000001", "clip_000002"]
     assert [p.stem for p in _landmarks(Shelf(tmp_path), "clip_2")] == ["clip_2_000001"]
+
+
+def test_a_file_that_differs_in_case_alone_is_named(tmp_path: Path) -> None:
+    for name in ("clip.MP4", "clip.mp4", "clip.txt", "caf\u00e9.mp4", "cafe\u0301.mp4"):
+        (tmp_path / name).touch()
+    shelf = Shelf(tmp_path)
+    assert _others(shelf, "clip", shelf.get("clip", ".mp4")) == ("there is also clip.mp4: clip.MP4 is taken",)
+    assert len(_others(shelf, "caf\u00e9", shelf.get("caf\u00e9", ".mp4"))) == 1
 
 
 def spoil_transcript(raw: Path) -> None:
