@@ -140,6 +140,9 @@ def ends_sentence(after: str) -> bool:
 
 def initials(match: re.Match[str], place: Place) -> list[Token] | None:
     """Return initials and abbreviations with inner dots: *e.g.* in words, *U.S.* as letters."""
+    if match[0] == "I." and place.before and not re.match(r"\s?[A-Z]\.", place.after) and (
+            not place.before[:1].isupper() or place.before.lower() in _NUMBERED | _BEFORE_I or _titled(match)):
+        return None  # the pronoun, or a numeral
     key = match[0].lower().rstrip(".")
     entry = table("abbreviations").get(key)
     words = entry[0].split() if entry and "." in key else _letters(match[0])
@@ -178,6 +181,31 @@ _GOES_ON = re.compile(r"\s*(?:$|[.,;:!?)\u2013\u2014-])|\s+(?:of|and|or|to|in|is
 """What follows *Part I*, where the letter is no pronoun."""
 
 
+_REIGNING = re.compile(r"\b(?:King|Queen|Pope|Emperor|Empress|Tsar|Czar|Kaiser|Sultan)\s+[A-Z]\w+\s+$")
+_BEFORE_I = word_set(
+    "am do did does can could will would shall should may might must have had has was were are if when as and but or "
+    "so than not here there where how why what who because while though although since until yes no"
+)
+
+
+_PRONOUN = re.compile(r"\s+(?:am|have|know|knew|saw|see|met|love|like|think|want|had)\b")
+
+
+def _titled(match: re.Match[str]) -> bool:
+    """Return whether the title and the name of a ruler stand before a letter."""
+    return bool(_REIGNING.search(match.string[max(match.start() - 40, 0) : match.start()]))
+
+
+def _reigns(match: re.Match[str], place: Place) -> bool:
+    """Return whether a single letter counts rulers of a name: *King Henry V*, *Elizabeth I of England*."""
+    before = place.before
+    if not before[:1].isupper() or place.shouting or before.lower() in _BEFORE_I or not before.isalpha():
+        return False
+    if _titled(match):
+        return match[0] != "I" or not _PRONOUN.match(place.after)
+    return match[0] == "I" and bool(re.match(r"\s*$|[.,;:!?)]|\s+of\s+[A-Z]", place.after))
+
+
 def roman(match: re.Match[str], place: Place) -> list[str] | None:
     """Return a Roman numeral after a name or a word such as *chapter*, or of a list, in words; None elsewhere."""
     text, before = match[0].upper(), place.before
@@ -188,6 +216,8 @@ def roman(match: re.Match[str], place: Place) -> list[str] | None:
     if before.lower().rstrip(".") in _NUMBERED:
         lone = text == "I" and not (before.lower() == "war" or _GOES_ON.match(place.after))
         return None if len(text) == 1 and (before.lower().rstrip(".") not in _PARTED or lone) else number
+    if len(text) == 1 and _reigns(match, place):
+        return ["the", *numbers.ordinal(value, place.british)]
     if len(text) == 1 or "L" in text:
         return None
     if match[0].islower() or (listed and not before) or (before.isupper() and len(before) > 1 and not place.shouting):

@@ -211,3 +211,14 @@ def test_text_in_capitals() -> None:
         ("SEE WWW.BBC.CO.UK OR HTTP://X.COM", "see W W W dot bbc dot co dot U K or X dot com"),
         ("PART A OR A PART, AN A", "part A or a part, an A"),
     ])
+
+
+def test_the_letter_i_as_number_pronoun_and_initial() -> None:
+    same([
+        ("Queen Elizabeth I ruled. King Henry V too.", "queen elizabeth the first ruled. king henry the fifth too."),
+        ("Elizabeth I of England", "elizabeth the first of england"),
+        ("It was I. He left. Should I? So do I.", "it was i. he left. should i. so do i."),
+        ("by I. M. Pei and John I. Smith", "by I M pei and john I smith"),
+        ("World War I. Part I.", "world war one. part one."),
+        ("the King Arthur I know", "the king arthur i know"),
+    ])
