@@ -42,7 +42,7 @@ class Shelf:
         self._frames: dict[str, list[Path]] = {}
         self._twice: dict[str, list[Path]] = {}
         for path in sorted(root.iterdir()):
-            if is_visible(path):
+            if is_visible(path) or _leads_nowhere(path):
                 suffix = path.suffix.lower()
                 if self._files.setdefault(id_of(path.stem), {}).setdefault(suffix, path) is not path:
                     self._twice.setdefault(id_of(path.stem), []).append(path)
@@ -105,6 +105,11 @@ class Shelf:
             if single is not None and not (single.suffix.lower() == ".csv" and is_words_csv(single)):
                 return (single,)
         return tuple(self._frames.get(name, ()))
+
+
+def _leads_nowhere(path: Path) -> bool:
+    """Whether a path is a link to a video that is not there, as those of git-annex are before the data come."""
+    return path.suffix.lower() in VIDEOS and path.is_symlink() and not path.exists() and not path.name.startswith(".")
 
 
 def _plain(name: str) -> str:

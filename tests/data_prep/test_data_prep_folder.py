@@ -189,6 +189,13 @@ def test_a_file_that_differs_in_case_alone_is_named(tmp_path: Path) -> None:
     assert len(_others(shelf, "caf\u00e9", shelf.get("caf\u00e9", ".mp4"))) == 1
 
 
+def test_a_link_to_a_video_that_is_not_there_is_a_recording_that_is_dropped(raw: Path, tmp_path: Path) -> None:
+    (raw / "demo_001.mp4").unlink()
+    (raw / "demo_001.mp4").symlink_to(tmp_path / "nowhere.mp4")
+    assert "demo_001" not in Corpus.open(prepare_folder(raw, tmp_path / "out", jobs=1)).utterances
+    assert "demo_001.mp4: no such file" in (tmp_path / "out" / "report.md").read_text()
+
+
 def spoil_transcript(raw: Path) -> None:
     (raw / "demo_001.txt").unlink()
 
