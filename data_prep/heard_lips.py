@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial.distance import cdist, pdist
 
 from dnnvss.progress import counted
 from dnnvss.speech.align_features import HOP
@@ -191,6 +190,8 @@ class _Process:
 
     @classmethod
     def fit(cls, x: np.ndarray, y: np.ndarray) -> "_Process":
+        from scipy.spatial.distance import pdist  # slow to import, and needed by this alone
+
         apart = pdist(x[:: max(1, len(x) // _SOME)])
         width = _WIDTH * float(np.median(apart)) if len(apart) and apart.any() else 1.0
         kernel = _kernel(x, x, width) + _NOISE * np.eye(len(x))
@@ -201,4 +202,6 @@ class _Process:
 
 
 def _kernel(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
+    from scipy.spatial.distance import cdist
+
     return np.asarray(np.exp(cdist(a, b, "sqeuclidean") / (-2 * width**2)))

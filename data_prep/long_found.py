@@ -5,7 +5,6 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import theilslopes
 
 from dnnvss.speech.passages import Passage
 from dnnvss.speech.utterances import Timed
@@ -43,6 +42,8 @@ def off_line(words: Sequence[Timed | None], given: Sequence[tuple[float, float] 
     Given times may be late and may drift, by a line that most words tell; a word that is off it by more than 3 s and
     the length of its cue was heard in another place.
     """
+    from scipy.stats import theilslopes  # slow to import, and short recordings need none of it
+
     both = [(k, g[0], w.start, g[1]) for k, (w, g) in enumerate(zip(words, given, strict=True))
             if w is not None and g is not None]
     if len(both) < 10:

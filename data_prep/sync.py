@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from data_prep.heard_lips import EVERY, MANY, MODES, SyncClip, crossfitted
 from data_prep.media import laid
@@ -149,6 +148,8 @@ def read_clips(shop: Workshop, sounds: Mapping[str, str], seen: Mapping[str, tup
 
 def _at(values: np.ndarray, rate: float) -> Callable[[np.ndarray], np.ndarray]:
     """Return seconds to values (n, K) of frames (F, K), held at the ends."""
+    from scipy.interpolate import CubicSpline  # slow to import, and needed by this alone
+
     times = (np.arange(len(values)) + 0.5) / rate
     if len(values) < 2:
         return lambda t: np.repeat(values, len(t), axis=0)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import norm
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
@@ -55,6 +54,8 @@ def calibration(
 
     **Source**: Gneiting, Balabdaoui and Raftery, Probabilistic forecasts, calibration and sharpness (2007), section 3.
     """
+    from scipy.special import ndtri  # slow to import; the quantile of the normal law
+
     kept = [np.ones(len(r), bool) for r in references] if masks is None else list(masks)
     rows = [((np.asarray(r, float) - m)[k], np.broadcast_to(np.asarray(v, float), r.shape)[k])
             for r, m, v, k in zip(references, means, variances, kept, strict=True)]
@@ -63,7 +64,7 @@ def calibration(
         raise DnnvssError("there is no frame, or a predicted variance is not positive",
                           remedy="Give Gaussian predictions of at least one frame")
     score = np.abs(error) / np.sqrt(variance)
-    held = np.stack([(score <= norm.ppf(0.5 + level / 2)).mean(axis=0) for level in LEVELS])
+    held = np.stack([(score <= ndtri(0.5 + level / 2)).mean(axis=0) for level in LEVELS])
     density = -0.5 * (np.log(2 * np.pi * variance) + error**2 / variance)
     return Calibration(LEVELS, held, np.sqrt((score**2).mean(axis=0)), density.mean(axis=0))
 

@@ -44,9 +44,9 @@ def test_a_mesh_in_two_patches_has_no_rim() -> None:
 
 
 def test_barycentric_coordinates_by_hand() -> None:
-    corners = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 2.0]])
-    assert barycentric(np.array([[1.0, 0.5], [4.0, 0.0]]), corners) == pytest.approx(
-        np.array([[0.5, 0.25, 0.25], [0, 1, 0]]))
+    corners = np.array([[[0.0, 0.0], [4.0, 0.0], [0.0, 2.0]], [[1.0, 1.0], [1.0, 3.0], [5.0, 1.0]]])
+    found = barycentric(np.array([[1.0, 0.5], [4.0, 0.0], [2.0, 2.0]]), corners, np.array([0, 0, 1]))
+    assert found == pytest.approx(np.array([[0.5, 0.25, 0.25], [0, 1, 0], [0.25, 0.5, 0.25]]))
 
 
 def test_warp_at_its_own_shape_returns_the_pixels() -> None:

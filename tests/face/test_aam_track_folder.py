@@ -1,14 +1,12 @@
 """Thirty labels to landmarks of every frame: the command, from videos and a folder of labels."""
 
 import shutil
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import run_command
 from face import search_cases as cases
 
 from dnnvss import files
@@ -50,12 +48,11 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return labels, videos
 
 
-def test_labels_become_landmarks_of_every_frame(material: tuple[Path, Path]) -> None:
+def test_labels_become_landmarks_of_every_frame(material: tuple[Path, Path],
+                                                capsys: pytest.CaptureFixture[str]) -> None:
     labels, videos = material
-    command = [sys.executable, "-m", "dnnvss", "track", str(labels), str(videos), "--jobs", "2"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)  # as a user would, in two processes
-    assert done.returncode == 0, done.stderr
-    assert f"{2 * FRAMES} of {2 * FRAMES} frames of 2 videos are tracked" in done.stdout
+    assert run_command("track", labels, videos, "--jobs", "2") == 0  # two processes, as a user has them
+    assert f"{2 * FRAMES} of {2 * FRAMES} frames of 2 videos are tracked" in capsys.readouterr().out
     for number in (0, 1):
         found = read_landmarks(videos / f"s{number}.npz")
         assert found.valid.all()

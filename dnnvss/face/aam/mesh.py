@@ -1,6 +1,6 @@
 """The triangle mesh over a shape, and the piecewise affine warp of a picture to it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +13,8 @@ from dnnvss.errors import DnnvssError
 Triangle = tuple[int, ...]
 _ROW = 256
 """Width of the map handed to ``cv2.remap``, which takes no more than 32767 pixels in a row."""
+_AT_ONCE = 2**16
+"""Pixels of the boxes around triangles that are looked at together."""
 
 
 def triangulate(points: np.ndarray) -> np.ndarray:
@@ -83,11 +85,24 @@ def signed_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return 0.5 * ((x[:, b] - ax) * (y[:, c] - ay) - (y[:, b] - ay) * (x[:, c] - ax))
 
 
-def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return the barycentric coordinates (N, 3) of points (N, 2) in a triangle (3, 2)."""
-    basis = np.column_stack([corners[1] - corners[0], corners[2] - corners[0]])
-    uv = np.linalg.solve(basis, (points - corners[0]).T).T
-    return np.column_stack([1 - uv.sum(axis=1), uv])
+def barycentric(points: np.ndarray, corners: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """Return the barycentric coordinates (N, 3) of points (N, 2), each in its own (N,) of the triangles (K, 3, 2)."""
+    first = corners[:, 0]
+    (a, b), (c, d) = np.linalg.inv(np.stack([corners[:, 1] - first, corners[:, 2] - first], axis=2)).transpose(1, 2, 0)
+    x, y = (points - first[owner]).T
+    u, v = a[owner] * x + b[owner] * y, c[owner] * x + d[owner] * y
+    return np.stack([1 - u - v, u, v], axis=1)
+
+
+def _boxes(low: np.ndarray, high: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The pixels of boxes from ``low`` (K, 2) to ``high`` (K, 2), of some boxes at a time: box, column and row (N,)."""
+    across, down = np.maximum(high - low, 0).T
+    count = across * down
+    for some in np.split(np.arange(len(count)), np.flatnonzero(np.diff(np.cumsum(count) // _AT_ONCE)) + 1):
+        box = np.repeat(some, count[some])
+        first = np.repeat(np.cumsum(count[some]) - count[some], count[some])
+        row, column = np.divmod(np.arange(len(box)) - first, across[box])
+        yield box, low[box, 0] + column, low[box, 1] + row
 
 
 @dataclass(frozen=True)
@@ -120,14 +135,13 @@ class Warp:
         height, width = self.size
         owner = np.full((height, width), -1)
         weights = np.zeros((height, width, 3))
-        for k, triangle in enumerate(self.triangles):
-            corners = (self.shape[triangle] - self.origin) * self.scale
-            low = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
-            high = np.minimum(np.ceil(corners.max(axis=0)).astype(int), (width, height))
-            x, y = (a.ravel() for a in np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1])))
-            coordinates = barycentric(np.column_stack([x, y]) + 0.5, corners)
+        corners = (self.shape[self.triangles] - self.origin) * self.scale
+        low = np.maximum(np.floor(corners.min(axis=1)).astype(int), 0)
+        high = np.minimum(np.ceil(corners.max(axis=1)).astype(int), (width, height))
+        for k, x, y in _boxes(low, high):
+            coordinates = barycentric(np.stack([x, y], axis=1) + 0.5, corners, k)
             inside = (coordinates > -1e-9).all(axis=1)
-            owner[y[inside], x[inside]] = k
+            owner[y[inside], x[inside]] = k[inside]
             weights[y[inside], x[inside]] = coordinates[inside]
         pixels = np.flatnonzero(owner.ravel() >= 0)
         columns = self.triangles[owner.ravel()[pixels]]

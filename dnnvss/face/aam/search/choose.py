@@ -15,7 +15,6 @@ from pathlib import Path
 import cv2
 import joblib
 import numpy as np
-from sklearn.cluster import KMeans
 
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.face.pca import components
@@ -100,6 +99,8 @@ def spread_out(features: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
     Rows farthest from each other are gathered first, so that what is frequent (a closed mouth at rest) has no more
     weight than what is rare; their k-means clusters are each represented by the nearest row.
     """
+    from sklearn.cluster import KMeans  # slow to import, and tracking needs none of it
+
     gathered = farthest(features, min(len(features), _SPREAD * count))
     if len(gathered) <= count:
         return np.sort(gathered)

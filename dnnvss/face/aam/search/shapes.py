@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
 
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam.mesh import signed_area, triangulate
@@ -137,6 +136,8 @@ def mesh_for(mean: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     Raises:
         DnnvssError: the points lie on one line.
     """
+    from scipy.spatial import Delaunay, QhullError  # slow to import, and needed where a model is fitted
+
     try:
         meshes = [triangulate(s) for s in (mean, *shapes) if len(Delaunay(s).simplices)]
     except QhullError as error:
