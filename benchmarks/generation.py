@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from dnnvss.corpus import Corpus
 from dnnvss.curves import GlobalVariance, Stream, Windows, mlpg, smoothing_spline, with_global_variance
 from dnnvss.evaluation.bench import Bench
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.metrics import global_variance_ratio
 from dnnvss.evaluation.report import number
-from dnnvss.evaluation.runs import make_bench, read_run
+from dnnvss.evaluation.runs import make_bench, not_learnt, read_run
 from dnnvss.formats.tables import aligned
 from dnnvss.runs.run import Run
 from dnnvss.style.generation import Style, generate
@@ -47,6 +48,9 @@ def main() -> None:
     parser.add_argument("run", type=Path)
     folder = parser.parse_args().run
     run, data = Run.open(folder), read_run(folder)
+    tested = list(data.arrays["reference"])
+    if not_learnt(tested, Corpus.open(data.corpus), run.settings.split) != tested:
+        parser.error(f"{folder} left its sentences out in turn and has learnt from all of them: train it with folds=0")
     bench = make_bench([data])
     assert bench.face is not None
     clock, windows = run.task.clock, run.task.windows
@@ -66,7 +70,6 @@ def main() -> None:
 
 def load(folder: Path, run: Run, split: str) -> list[Example]:
     """Return the examples of a split with their measured trajectories."""
-    from dnnvss.corpus import Corpus
     from dnnvss.face.encoding import find_encoding
 
     corpus = Corpus.open(read_run(folder).corpus)
