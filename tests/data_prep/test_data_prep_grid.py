@@ -122,7 +122,7 @@ def test_broken_pictures_ghosts_and_bad_files_are_reported(raw, tmp_path):
     sound = read_audio(raw / "video" / "bbaf2n.mp4")
     write_video(raw / "video" / "bbaf2n.mp4", frames, 25, sound, 16000)
     marks = read_arrays(raw / "landmarks" / "prim4p.npz")
-    marks["points"][40:43] += (200 * rng.normal(size=(3, POINTS, 2))).astype(np.int16)
+    marks["points"][40:42] += (200 * rng.normal(size=(2, POINTS, 2))).astype(np.int16)
     files.write_arrays(raw / "landmarks" / "prim4p.npz", **marks)
     (raw / "align" / "swwu5s.align").write_text("0 9000 sil\n9500 12000 set\n")
     out = prepare_grid(raw, tmp_path / "out", jobs=1, sound_delay={".mp4": 0.0})
