@@ -19,9 +19,6 @@ from dnnvss.timing import FrameClock
 
 _AAC_RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)
 _AAC_BLOCK = 1024
-_CODER = "fast"
-"""How FFmpeg's encoder looks for the scale of each band of sound: at the bit rates here as near to the samples as its
-preset ``twoloop`` (31.7 dB and 31.9 at 16 kHz, 24.1 and 23.6 at 44.1 kHz), in a fifth to half of the time."""
 _RATES = Fraction(1, 100), 1000
 """Frames a second of a video, least and most."""
 _PRESET, _FINER = "veryfast", 2
@@ -160,7 +157,7 @@ class SoundTrack:
         self.rate = rate if rate in _AAC_RATES else SOUND_RATE
         self.samples = samples if self.rate == rate else _resampled(samples, rate, self.rate)
         self.container, self.done, self.forgotten = container, 0, 0
-        self.stream = container.add_stream("aac", rate=self.rate, layout="mono", options={"aac_coder": _CODER})
+        self.stream = container.add_stream("aac", rate=self.rate, layout="mono")
         self.stream.bit_rate = 128_000 if self.rate >= 32000 else 64_000
 
     def write_until(self, seconds: float) -> None:
