@@ -133,7 +133,7 @@ def found(base: type, name: str, value: str) -> type[Any] | None:
     The module of that name is looked into first: most have one, and then no other is imported.
     """
     package = importlib.import_module(__package__)
-    if value in {module.name for module in pkgutil.iter_modules(package.__path__)}:
+    if value in _modules(tuple(package.__path__)):
         own = vars(importlib.import_module(f"{package.__name__}.{value}")).values()
         for cls in own:
             if isinstance(cls, type) and issubclass(cls, base) and vars(cls).get(name) == value:
@@ -149,6 +149,12 @@ def declared(base: type, name: str) -> dict[str, type[Any]]:
     package = importlib.import_module(__package__)
     _import_all(package.__name__, tuple(package.__path__))
     return {vars(cls)[name]: cls for cls in _subclasses(base) if name in vars(cls)}
+
+
+@cache
+def _modules(folders: tuple[str, ...]) -> frozenset[str]:
+    """The names of the modules in the folders of a package: listed once, as the settings of a run name many systems."""
+    return frozenset(module.name for module in pkgutil.iter_modules(folders))
 
 
 @cache
