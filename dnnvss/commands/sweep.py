@@ -152,6 +152,9 @@ class CompareRuns(Notes):
                     for run in runs.values()]
             if shown := sorted(set.intersection(*kept)):
                 print(f"wrote {write_systems(runs, opened, shown[0], out / 'side_by_side.mp4')}")
+            else:
+                print("no video side by side: there is no test sentence that none of the runs has learnt from (folds=0 "
+                      "keeps a test split)")
 
 
 def _free(folder: Path, runs: list[str]) -> Path:

@@ -90,10 +90,6 @@ class Comparison:
         count = len(self.sentences)
         return [f"{count} sentences are too few for an interval or a test to mean anything."] if count < FEWEST else []
 
-    def difference(self, first: str, second: str, metric: str) -> Difference:
-        """Return second less first, tested in pairs over the sentences."""
-        return next(d for a, b, d, _ in self.tests[metric] if (a, b) == (first, second))
-
     @cached_property
     def tests(self) -> dict[str, list[tuple[str, str, Difference, float]]]:
         """Of each metric the systems that are tested against each other, their difference and its p corrected by Holm's

@@ -165,8 +165,9 @@ def not_learnt(tested: Iterable[str], corpus: Corpus, split: str) -> list[str]:
         corpus: that the run was trained on.
         split: the variant of its splits.
     """
-    learnt, held, ids = {u.id for u in corpus.split("train", split)}, corpus.split("val", split), list(tested)
-    return ids if learnt.isdisjoint(ids) else [i for i in ids if i in {u.id for u in held}]
+    learnt, held = ({u.id for u in corpus.split(name, split)} for name in ("train", "val"))
+    ids = list(tested)
+    return ids if learnt.isdisjoint(ids) else [i for i in ids if i in held]
 
 
 def make_bench(runs: list[RunData], first: int = 5) -> Bench:

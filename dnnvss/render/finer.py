@@ -32,7 +32,7 @@ class FinerPicture:
     """A picture enlarged bicubically, which is read by straight lines between its pixels; bicubically where it is not
     enlarged.
 
-    That takes a fifth of the time of reading the picture bicubically. A pixel read where it was is itself. Made by
+    That takes a third of the time of reading the picture bicubically. A pixel read where it was is itself. Made by
     :meth:`of`.
 
     Args:

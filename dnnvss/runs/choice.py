@@ -31,14 +31,14 @@ class Candidate:
         settings: that it was trained with.
         headline: its correlation on the test split.
         corpus: the fingerprint of what it was trained on.
-        sentences: that the correlation is of.
+        sentences: that the correlation is of: a small corpus is left out in turn, as a whole.
     """
 
     folder: Path
     settings: RunSettings
     headline: float
     corpus: str
-    sentences: tuple[str, ...] = ()
+    sentences: tuple[str, ...]
 
     @property
     def needs(self) -> frozenset[str]:
@@ -149,15 +149,8 @@ def _candidate(folder: Path) -> Candidate:
     settings = RunSettings.load(folder)
     settings.task.table  # noqa: B018  (labels that this version does not know are told here)
     headline: float = read_value(places.metrics, "headline", float, _REMEDY)
-    return Candidate(folder, settings, headline, places.written().corpus, _sentences(places))
-
-
-def _sentences(places: RunFiles) -> tuple[str, ...]:
-    """The sentences that a headline is of: with labels of phones a small corpus is left out in turn, as a whole."""
-    try:
-        return tuple(sorted(map(str, read_value(places.metrics, "systems.model.sentences", list, _REMEDY))))
-    except DnnvssError:
-        return ()
+    sentences = read_value(places.metrics, "systems.model.sentences", list, _REMEDY)
+    return Candidate(folder, settings, headline, places.written().corpus, tuple(sorted(map(str, sentences))))
 
 
 def _tried(folder: Path) -> Candidate | DnnvssError:

@@ -232,7 +232,7 @@ def _run(folder: Path) -> dict[str, Input]:
     model.fit(examples[:3], examples[3:], folder)
     Run.save(folder, settings.task, model)
     files.write_json(places.provenance, {"dnnvss": __version__, "corpus": "abc"})
-    files.write_json(places.metrics, {"headline": 0.8, "systems": {}})
+    files.write_json(places.metrics, {"headline": 0.8, "systems": {"model": {"sentences": ["u0"]}}})
     reference = rng.normal(size=(30, 3))
     for kind, rows in (
         ("reference", reference),
