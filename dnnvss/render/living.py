@@ -242,19 +242,21 @@ class LivingPicture:
 
         All three are counted in pixels of the finer picture that is read.
         """
-        grid = np.stack(np.meshgrid(*(np.arange(n) + 0.0 for n in self._size)), axis=-1)
+        x, y = np.arange(self._size[0]), np.arange(self._size[1])[:, None]
         far = float(np.linalg.norm(points - self._pivot, axis=1).max())
-        ramp = np.clip((_HEAD + _NECK - np.linalg.norm(grid - self._pivot, axis=-1) / max(far, 1e-6)) / _NECK, 0, 1)
-        edge = np.minimum(grid, np.array(self._size) - 1 - grid).min(axis=-1)
+        ramp = np.hypot(x - self._pivot[0], y - self._pivot[1])
+        ramp = np.clip((_HEAD + _NECK - ramp / max(far, 1e-6)) / _NECK, 0, 1)
+        edge = np.minimum(np.minimum(x, x[::-1]), np.minimum(y, y[::-1]))
         weight = ramp**2 * (3 - 2 * ramp) * np.clip(edge / (_BORDER * self._scale), 0, 1)
         rows, columns = (np.flatnonzero(weight.any(axis=axis)) for axis in (1, 0))
         self._turns = (slice(rows.min(initial=0), rows.max(initial=-1) + 1),
                        slice(columns.min(initial=0), columns.max(initial=-1) + 1))
-        grid, weight = np.moveaxis(grid[self._turns], -1, 0), weight[self._turns]
-        moment = weight * (grid - self._pivot[:, None, None])
+        weight, y, x = weight[self._turns], y[self._turns[0]], x[self._turns[1]]
         self._times = finer_times(self._size)
-        self._ways = np.stack([*finer_places(grid, self._times), *(self._times * moment), self._times * weight]
-                              ).astype(np.float32)
+        self._ways = np.empty((5, *weight.shape), np.float32)
+        self._ways[0], self._ways[1] = finer_places(x, self._times), finer_places(y, self._times)
+        self._ways[4] = self._times * weight
+        self._ways[2], self._ways[3] = self._ways[4] * (x - self._pivot[0]), self._ways[4] * (y - self._pivot[1])
 
     def over(self, pictures: Iterator[np.ndarray], moves: Moves, moving: tuple[slice, slice] | None = None
              ) -> Iterator[np.ndarray]:
