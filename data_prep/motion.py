@@ -1,15 +1,12 @@
 """Motion capture as a corpus: markers in space, repaired, or the named curves of a rig."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from data_prep.capture.stages import Done, groups_of, repaired
+from data_prep.capture.takes import KINDS, READ, VERSION, Taken, alike, is_take, read_take
 from data_prep.folder import written
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source, own_lexicon
@@ -20,41 +17,11 @@ from data_prep.untold import speech_alone
 from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
-from dnnvss.formats import Curves, marker_columns, read_curves, read_markers, write_npz
-from dnnvss.formats.capture_csv import is_capture_csv
-from dnnvss.formats.openface import Landmarks
 from dnnvss.media.folders import SOUNDS
 from dnnvss.text.sentence import spoken_words
 from dnnvss.timing import FrameClock
-from dnnvss.timing.rates import even_frames, rate_of
 
-KINDS = (".c3d", ".trc", ".csv")
-"""Kinds of takes; where an id has several, the first."""
-_READ, VERSION = "takes", 1
 _WORDS = "Write the words of the take there, or give its sound alone"
-_FEW, _LEAST, _WIDEST = 4, 15.0, 5000.0
-"""Markers from which a take shows a face, and millimetres that those of a face and of a body span."""
-_MOST = 100_000_000
-"""Numbers of a take."""
-
-
-@dataclass(frozen=True)
-class Taken:
-    """What is known of a take after it was read.
-
-    Args:
-        kind: ``markers`` or ``curves``.
-        names: of its markers or curves.
-        rate: frames a second, as text.
-        frames: how many.
-        lost: frames that the time stamps skip.
-    """
-
-    kind: str
-    names: tuple[str, ...]
-    rate: str
-    frames: int
-    lost: int = 0
 
 
 def prepare_motion(
@@ -109,22 +76,11 @@ def prepare_motion(
     rows = {name: (k, k + 1) for k, name in enumerate(usual.names)}
     if usual.kind == "markers":
         settled = groups_of(usual.names, jig, groups)
-        session = session.after(
-            repaired(shop, session.marks, settled, float(Fraction(usual.rate)))
-        )
+        session = session.after(repaired(shop, session.marks, settled, float(Fraction(usual.rate))))
         rows, dimensions = settled.rows, 3
-    info = CorpusInfo(
-        name, (0, 0), usual.rate, rows, variant, credit, dimensions, UNITS[dimensions]
-    )
-    recipe = Recipe(
-        info,
-        read_splits(shelf.root / "splits"),
-        val=val,
-        test=test,
-        rate=usual.rate,
-        lexicon=own_lexicon(lexicon),
-        speech_valid=0.5,
-    )
+    info = CorpusInfo(name, (0, 0), usual.rate, rows, variant, credit, dimensions, UNITS[dimensions])
+    recipe = Recipe(info, read_splits(shelf.root / "splits"), val=val, test=test, rate=usual.rate,
+                    lexicon=own_lexicon(lexicon), speech_valid=0.5)
     return prepare(_sources(session, shelf, shop, variant), recipe, shop)
 
 
@@ -153,189 +109,44 @@ class _Session:
 def _session(shelf: Shelf, shop: Workshop, rate: int | float | str | None) -> _Session:
     """The takes of a folder, read."""
     takes = dict(reversed(list(shelf.of_kind(*reversed(KINDS)))))
-    takes = {i: path for i, path in takes.items() if _is_take(path)}
+    takes = {i: path for i, path in takes.items() if is_take(path)}
     if not takes:
-        raise DnnvssError(
-            "holds no take", file=shelf.root, remedy=f"Put takes there: {' '.join(KINDS)}"
-        )
+        raise DnnvssError("holds no take", file=shelf.root, remedy=f"Put takes there: {' '.join(KINDS)}")
     given = None if rate is None else str(FrameClock(rate).rate)
-    read = shop.run(
-        _READ, read_take, {i: {"path": path, "rate": given} for i, path in takes.items()}, VERSION
-    )
+    read = shop.run(READ, read_take, {i: {"path": path, "rate": given} for i, path in takes.items()}, VERSION)
     problems = {i: str(r["dropped"]) for i, r in read.items() if "dropped" in r}
-    known = {
-        i: Taken(**{**r, "names": tuple(r["names"])}) for i, r in read.items() if i not in problems
-    }
-    usual, odd = _common(known, shelf.root)
+    known = {i: Taken(**{**r, "names": tuple(r["names"])}) for i, r in read.items() if i not in problems}
+    usual, odd = alike(known, shelf.root)
     good = [i for i in known if i not in odd]
-    marks = {i: shop.out / FOLDER / _READ / f"{i}.npz" for i in good}
-    return _Session(usual, marks, {i: _lost(known[i]) for i in good}, problems | odd)
+    marks = {i: shop.out / FOLDER / READ / f"{i}.npz" for i in good}
+    return _Session(usual, marks, {i: known[i].notes for i in good}, problems | odd)
 
 
 def _sources(session: _Session, shelf: Shelf, shop: Workshop, variant: str) -> list[Source]:
     """Every take with its sound and words, or why it cannot be used."""
-    return [
-        Source(i, problem=session.problems[i])
-        if i in session.problems
-        else _source(shelf, shop, i, session.marks[i], variant, session.notes[i])
-        for i in sorted(session.notes.keys() | session.problems)
-    ]
+    return [Source(i, problem=session.problems[i]) if i in session.problems
+            else _source(shelf, shop, i, session.marks[i], variant, session.notes[i])
+            for i in sorted(session.notes.keys() | session.problems)]
 
 
-def _is_take(path: Path) -> bool:
-    """Whether a file is a take by its name; word times and the like may be CSV too."""
-    return path.suffix.lower() != ".csv" or not path.stem.lower().endswith("words")
-
-
-def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, Any]:
-    """What is known of a take, after writing it to ``out/.stages/takes/<id>.npz`` at a constant rate.
-
-    Raises:
-        DnnvssError: the file is damaged, its rate is not known, or it is far too long.
-    """
-    target = out / FOLDER / _READ / f"{name}.npz"
-    if (
-        path.suffix.lower() == ".csv"
-        and not is_capture_csv(path)
-        and marker_columns((curves := read_curves(path)).names) is None
-    ):
-        points, valid, clock = _evened(curves, rate, path)
-        kind, names, lost = "curves", curves.names, int((~valid).sum())
-    else:
-        found = read_markers(path)
-        kind, names, points, lost = "markers", found.names, found.points, 0
-        if found.rate is None and rate is None:
-            raise _no_rate(path)
-        clock = Fraction(rate) if rate else FrameClock(round(found.rate or 0.0, 3)).rate
-        valid = np.isfinite(points).any(axis=(1, 2))
-        _check_scale(points, path)
-    if points.size > _MOST:
-        raise DnnvssError(
-            f"holds {len(points):,} frames of {len(names)}",
-            file=path,
-            utterance=name,
-            remedy="Cut it into takes of minutes",
-        )
-    write_npz(target, Landmarks(points.astype(np.float32), valid))
-    return {
-        "kind": kind,
-        "names": list(names),
-        "rate": str(clock),
-        "frames": len(points),
-        "lost": lost,
-    }
-
-
-def _check_scale(points: np.ndarray, path: Path) -> None:
-    """Refuse markers (F, M, 3) that do not span what a head or a body does: they are in another unit."""
-    seen = points[np.isfinite(points).all(axis=(1, 2))]
-    if not len(seen) or points.shape[1] < _FEW:
-        return
-    span = float(np.median(np.ptp(seen, axis=1).max(axis=1)))
-    if not _LEAST <= span <= _WIDEST:
-        raise DnnvssError(
-            f"its markers span {span:.3g} mm, which no face does",
-            file=path,
-            remedy="Export them in millimetres, or with the unit that the file tells",
-        )
-
-
-def _evened(
-    curves: Curves, given: str | None, path: Path
-) -> tuple[np.ndarray, np.ndarray, Fraction]:
-    """Curves (F, C, 1) at a constant rate, which of the frames were taken, and the rate."""
-    values, valid = curves.values[..., None], np.isfinite(curves.values).all(axis=1)
-    values = np.where(np.isfinite(values), values, 0.0)
-    if curves.times is None or len(curves.times) < 2:
-        if given is None:
-            raise _no_rate(path)
-        return values, valid, Fraction(given)
-    rate = Fraction(given) if given else rate_of(curves.times - curves.times[0])
-    index, taken = even_frames(curves.times, rate)
-    return values[index], valid[index] & taken, rate
-
-
-def _no_rate(path: Path) -> DnnvssError:
-    return DnnvssError(
-        "does not tell its frame rate", file=path, remedy="Give it: corpus.importer.rate=120"
-    )
-
-
-def _common(known: Mapping[str, Taken], root: Path) -> tuple[Taken, dict[str, str]]:
-    """What most takes are like, and why others do not fit.
-
-    Raises:
-        DnnvssError: none could be read, or there are markers and curves.
-    """
-    if not known:
-        raise DnnvssError(
-            "none of its takes can be read", file=root, remedy="See the report, or read one alone"
-        )
-    if len(kinds := {take.kind for take in known.values()}) > 1:
-        one, two = (
-            next(i for i, take in known.items() if take.kind == kind) for kind in sorted(kinds)
-        )
-        raise DnnvssError(
-            f"holds curves ({one}) and markers ({two})",
-            file=root,
-            remedy="Prepare them as two corpora",
-        )
-    (names, rate), _ = Counter((take.names, take.rate) for take in known.values()).most_common(1)[0]
-    odd = {}
-    for i, take in known.items():
-        if take.names != names:
-            lacks = [n for n in names if n not in take.names] or [
-                n for n in take.names if n not in names
-            ]
-            odd[i] = (
-                f"its {take.kind} are not those of the corpus: {', '.join(lacks[:4])}"
-                if lacks
-                else f"its {take.kind} come in another order"
-            )
-        elif take.rate != rate:
-            odd[i] = f"has {take.rate} frames a second, and most takes have {rate}"
-    usual = next(take for i, take in known.items() if i not in odd)
-    return usual, odd
-
-
-def _lost(take: Taken) -> list[str]:
-    return [f"{take.lost} frames were not taken ({take.kind} interpolated)"] if take.lost else []
-
-
-def _source(
-    shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, notes: Sequence[str]
-) -> Source:
+def _source(shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, notes: Sequence[str]) -> Source:
     sound = shelf.get(name, *SOUNDS)
     try:
         if shelf.get(name, ".txt", ".lab") is None:
             if sound is None:
-                raise DnnvssError(
-                    "has neither words nor sound",
-                    file=shelf.path(name, ".txt"),
-                    utterance=name,
-                    remedy=_WORDS,
-                )
-            return speech_alone(
-                Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop
-            )
+                raise DnnvssError("has neither words nor sound", file=shelf.path(name, ".txt"), utterance=name,
+                                  remedy=_WORDS)
+            return speech_alone(Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop)
         transcript, times = written(shelf, name)
         text = " ".join(files.read_text(transcript, _WORDS).split())
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
-            raise DnnvssError(
-                "the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS
-            )
+            raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
         if sound is None and times is None:
-            raise DnnvssError(
-                "has neither sound nor phone times",
-                file=marks,
-                utterance=name,
-                remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it",
-            )
+            raise DnnvssError("has neither sound nor phone times", file=marks, utterance=name,
+                              remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")
     except ShortageError:
         raise
     except DnnvssError as error:
         return Source(name, problem=str(error))
-    return Source(
-        name, text, words, landmarks=(marks,), alignment=times, sound=sound, notes=tuple(notes)
-    )
+    return Source(name, text, words, landmarks=(marks,), alignment=times, sound=sound, notes=tuple(notes))
