@@ -5,7 +5,7 @@ speech, of what a live face gives out (fixed-lag generation, its dial) beside th
 (MLPG over all of it); the lag; and the share of one core without and with pictures.
 """
 
-import sys
+import argparse
 import time
 from pathlib import Path
 
@@ -46,8 +46,10 @@ def share_of_core(run: Run, samples: np.ndarray, pictures: bool) -> float:
 
 def main() -> None:
     """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path, metavar="RUN")
+    run = Run.open(parser.parse_args().run)
     torch.set_num_threads(1)
-    run = Run.open(Path(sys.argv[1]))
     corpus = Corpus.open(run.settings.corpus_folder)
     utterances = corpus.split("test", run.settings.split)
     examples = list(make_examples(run.task, corpus, utterances, encode(run.settings, corpus)))

@@ -3,7 +3,7 @@
 python benchmarks/repair.py [TAKES]
 """
 
-import sys
+import argparse
 
 import numpy as np
 
@@ -14,16 +14,17 @@ from dnnvss.corpus.talker.hours import times_of_day
 from dnnvss.corpus.talker.session import FACE_MARKERS, RATE, capture
 
 
-def main(count: int) -> None:
+def main() -> None:
     """Print errors in millimetres, and how many swaps were found."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("takes", type=int, nargs="?", default=12, metavar="TAKES")
+    count = parser.parse_args().takes
     takes = [capture(k, text) for k, text in enumerate(times_of_day(count))]
     face = len(FACE_MARKERS)
     jig = jig_of([t.seen[:, face:] for t in takes])
     still = [find_head(t.seen[:, face:], jig, RATE).taken_out(t.seen[:, :face]) for t in takes]
     rest = usual_places(np.concatenate(still))
-    first = [
-        settled(t.seen[:, :face], t.seen[:, face:], jig, rest, RATE, FACE_MARKERS) for t in takes
-    ]
+    first = [settled(t.seen[:, :face], t.seen[:, face:], jig, rest, RATE, FACE_MARKERS) for t in takes]
     usual = learn_usual([r.points.reshape(len(r.points), -1) for r in first])
     own = np.concatenate([whole(r.points, usual, RATE, FACE_MARKERS).points for r in first])
     true = np.concatenate([t.truth for t in takes])
@@ -43,4 +44,4 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 12)
+    main()

@@ -8,7 +8,7 @@ take, ``by movement`` weighs each by its variance there, ``large`` averages over
 a tenth of their range.
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -19,13 +19,13 @@ from dnnvss.face.rig import RigFace
 from dnnvss.runs.files import RunFiles
 
 
-def main(folder: Path) -> None:
+def main() -> None:
     """Print the table."""
-    places = RunFiles(folder)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path, metavar="RUN")
+    places = RunFiles(parser.parse_args().run)
     face = RigFace.load(places.face)
-    said, true, speech = (
-        read_arrays(places.prediction(n)) for n in ("predicted", "reference", "speech")
-    )
+    said, true, speech = (read_arrays(places.prediction(n)) for n in ("predicted", "reference", "speech"))
     ids, width = sorted(true), np.ptp(face.ranges, axis=1)
     rows: dict[str, list[tuple[float, float, float]]] = {"prediction": [], "another take's": []}
     each: dict[str, list[float]] = {}
@@ -33,20 +33,13 @@ def main(folder: Path) -> None:
         spoken = np.flatnonzero(speech[i])
         other = said[ids[(k + 1) % len(ids)]]
         moved = np.ptp(true[i][spoken], axis=0)
-        for name, x in (
-            ("prediction", said[i]),
-            ("another take's", np.resize(other, said[i].shape)),
-        ):
+        for name, x in (("prediction", said[i]), ("another take's", np.resize(other, said[i].shape))):
             moves = moved > face.least
             r = correlation(true[i][spoken], x[spoken])
             variance = true[i][spoken].var(axis=0)
-            rows[name].append(
-                (
-                    float(np.nanmean(r[moves])),
-                    float(np.nansum((r * variance)[moves]) / variance[moves].sum()),
-                    float(np.nanmean(r[moved > 0.1 * width])),
-                )
-            )
+            rows[name].append((float(np.nanmean(r[moves])),
+                               float(np.nansum((r * variance)[moves]) / variance[moves].sum()),
+                               float(np.nanmean(r[moved > 0.1 * width]))))
             if name == "prediction":
                 for d in np.flatnonzero(moved > 0.1 * width):
                     each.setdefault(face.names[d], []).append(float(r[d]))
@@ -58,4 +51,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()

@@ -6,7 +6,7 @@ Each argument is a folder of clips of one talker, all shot alike. For each pair 
 faces are given to the choice that the preparation of a corpus makes, clip by clip and four clips in a row.
 """
 
-import sys
+import argparse
 from fractions import Fraction
 from itertools import permutations
 from pathlib import Path
@@ -51,10 +51,13 @@ def right(own: list[Clip], other: list[Clip]) -> bool:
 
 def main() -> None:
     """Print both shares."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("talkers", type=Path, nargs="+", metavar="TALKER")
+    talkers = parser.parse_args().talkers
     cv2.setNumThreads(1)
     landmarker = Landmarker(find_task())
-    clips = [[heard_and_seen(landmarker, video) for video in find_videos(Path(folder))[:CLIPS]]
-             for folder in sys.argv[1:]]
+    clips = [[heard_and_seen(landmarker, video) for video in find_videos(folder)[:CLIPS]]
+             for folder in talkers]
     for together in (1, 4):
         chosen = [right(a[k:k + together], b[k:k + together]) for a, b in permutations(clips, 2)
                   for k in range(0, min(len(a), len(b)) - together + 1, together)]
