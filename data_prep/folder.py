@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import islice
 from pathlib import Path
 
-from data_prep.long_told import long_script
+from data_prep.long_told import has_tier, long_script
 from data_prep.pipeline import Then, prepare
 from data_prep.points import nets
 from data_prep.recipe import Recipe, Source, own_lexicon
@@ -29,6 +29,7 @@ from dnnvss.formats import (
     read_marks,
     read_timed_text,
 )
+from dnnvss.formats.alignments import with_phones
 from dnnvss.formats.htk import is_transcript
 from dnnvss.formats.transcripts import check_transcript
 from dnnvss.media.folders import SOUNDS, VIDEOS, is_visible
@@ -51,16 +52,16 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
-    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid`` or ``ID.lab`` (a ``.lab`` of words is
-    a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale":
+    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid``, ``ID.lab`` or ``ID.ctm`` (a ``.lab`` of
+    words is a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale":
     1}``), or are those of 68-point landmarks, or those of a face mesh of 468 or 478 points. Where no video has
     landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). A video without sound takes ``ID.wav``
     (flac, mp3) beside it, which begins with the first picture. ``splits/{train,val,test}.txt`` (an id a line) are
     used where they are; those that are not are drawn from the utterances that the others leave.
 
     A video of more than a minute with a transcript of more than 40 words, or one of any length with subtitles
-    (``ID.srt``, ``ID.vtt``) or word times (``ID.csv`` with the columns start, end, word, ``ID.TextGrid``, ``ID.json``
-    of a speech recogniser) in place of a transcript, is cut into utterances at pauses (:mod:`data_prep.long`).
+    (``ID.srt``, ``ID.vtt``) or word times (``ID.csv`` with the columns start, end, word, ``ID.TextGrid``, ``ID.ctm``,
+    ``ID.json`` of a speech recogniser) in place of a transcript, is cut into utterances at pauses (:mod:`data_prep.long`).
 
     A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its
     sound is ``ID.wav`` (flac, mp3); without sound its phone times must be given. Its frame rate is ``rate``, that of
@@ -141,7 +142,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool,
         sound = raw.get(name, *SOUNDS)
         if video is None and sound is None and times is None:
             raise DnnvssError("has neither video nor sound, and no phone times", file=marks[0], utterance=name,
-                              remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")
+                              remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab, ctm) beside it")
     except ShortageError:
         raise  # it says nothing about the recording
     except DnnvssError as error:
@@ -168,7 +169,8 @@ def _cut_or_guessed(raw: Shelf, name: str, video: Path, variant: str, find: bool
 def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
     """The transcript of an id, and its phone times where there are any.
 
-    A ``.lab`` of words, as the Montreal Forced Aligner wants it, is a transcript.
+    A ``.lab`` of words, as the Montreal Forced Aligner wants it, is a transcript. An ``.mlf`` or ``.ctm`` that has no
+    recording of its name holds the times of many.
 
     Raises:
         DnnvssError: there is no transcript, or it is none.
@@ -180,6 +182,10 @@ def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
     table = raw.get(name, ".csv")
     if times is None and table is not None and is_words_csv(table) and "phones" in read_alignment(table):
         times = table
+    if times is None and (scored := raw.get(name, ".ctm")) is not None and not has_tier(scored, "words"):
+        times = scored
+    if times is None:
+        times = next((path for path in raw.in_common if name in with_phones(path)), None)
     transcript = raw.get(name, ".txt") or (lab if lab is not None and words else raw.path(name, ".txt"))
     if not transcript.is_file():
         raise DnnvssError("no such file", file=transcript, remedy=_beside(raw, name) or _WORDS)

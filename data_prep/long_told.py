@@ -4,8 +4,8 @@ from pathlib import Path
 
 from data_prep.shelf import Shelf
 from dnnvss import files
-from dnnvss.errors import DnnvssError
-from dnnvss.formats import TIMED, is_words_csv, read_textgrid
+from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.formats import TIMED, is_words_csv, read_alignment
 from dnnvss.media.index import seconds_of
 
 LONG, MANY = 60.0, 40
@@ -41,13 +41,16 @@ def _timed(shelf: Shelf, name: str) -> Path | None:
     table = shelf.get(name, ".csv")
     if table is not None and is_words_csv(table):
         return table
-    grid = shelf.get(name, ".textgrid")
-    return grid if grid is not None and _has_words(grid) else None
+    return next((path for path in (shelf.get(name, ".textgrid"), shelf.get(name, ".ctm")) if has_tier(path, "words")),
+                None)
 
 
-def _has_words(grid: Path) -> bool:
+def has_tier(path: Path | None, tier: str) -> bool:
+    """Whether an alignment that can be read has a tier."""
     try:
-        return "words" in read_textgrid(grid)
+        return path is not None and tier in read_alignment(path, path.stem)
+    except ShortageError:
+        raise
     except DnnvssError:
         return False  # what reads it will say why
 

@@ -16,6 +16,8 @@ _SUFFIX = "|".join(map(re.escape, (*VIDEOS, *SOUNDS, ".txt", ".lab", *SUBTITLES)
 _SPARE = re.compile(rf"(?:{_SUFFIX}"
                     r"|\.(?:en|eng|english)(?:[-_][A-Za-z]{2,8})*|\.(?:auto|sdh|cc))$", re.IGNORECASE)
 """What programs add to a name before the suffix: a suffix (clip.wav.srt, clip.txt.txt), or that it is English."""
+_OF_MANY = (".mlf", ".ctm")
+"""Alignments that may be those of a whole corpus."""
 _FRAME = re.compile(r"(.+)_\d+")
 
 
@@ -93,6 +95,11 @@ class Shelf:
     def path(self, name: str, suffix: str) -> Path:
         """The file of a recording, or where it should be."""
         return self.get(name, suffix) or self.root / f"{name}{suffix}"
+
+    @cached_property
+    def in_common(self) -> list[Path]:
+        """The files with phone times of many recordings: those that have no recording of their name."""
+        return [path for kinds in self._files.values() if kinds.keys() <= set(_OF_MANY) for path in kinds.values()]
 
     @property
     def pts_folders(self) -> set[str]:

@@ -1,8 +1,11 @@
 """Reading and writing an alignment by the suffix of its file."""
 
+from collections.abc import Collection, Mapping
+from functools import lru_cache
 from pathlib import Path
 
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.ctm import read_ctm
 from dnnvss.formats.grid import read_grid_align, write_grid_align
 from dnnvss.formats.htk import read_lab, read_mlf, write_lab, write_mlf
 from dnnvss.formats.labels import word_of
@@ -12,19 +15,19 @@ from dnnvss.formats.words import read_words_csv, write_words_csv
 from dnnvss.phones import SILENCE, SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
 
-_KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK), .csv (words) or .align (GRID)"
+_KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK), .ctm (NIST), .csv (words) or .align (GRID)"
 
 
 def read_alignment(path: str | Path, utterance: str | None = None) -> Alignment:
-    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf``, ``.csv`` or ``.align`` file, with its tiers.
+    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf``, ``.ctm``, ``.csv`` or ``.align`` file, with its tiers.
 
     Args:
         path: the file.
-        utterance: the id to take from an ``.mlf``; not needed if it holds one utterance.
+        utterance: the id to take from an ``.mlf`` or ``.ctm``; not needed if it holds one utterance.
 
     Raises:
-        DnnvssError: another suffix, a damaged file, times in another unit than the format's, or an ``.mlf`` that does
-            not hold the utterance.
+        DnnvssError: another suffix, a damaged file, times in another unit than the format's, or an ``.mlf`` or ``.ctm``
+            that does not hold the utterance.
     """
     path = Path(path)
     return check_pace(_read(path, utterance), path)
@@ -41,14 +44,37 @@ def _read(path: Path, utterance: str | None) -> Alignment:
         case ".csv":
             return read_words_csv(path)
         case ".mlf":
-            found = read_mlf(path)
-            if utterance is None and len(found) == 1:
-                return next(iter(found.values()))
-            if utterance in found:
-                return found[utterance]
-            raise DnnvssError(f"holds {len(found)} utterances, not {utterance!r}", file=path,
-                              remedy=f"Name one of them, e.g. {next(iter(found), 'none is there')}")
+            return _one(_utterances(path), path, utterance)
+        case ".ctm":
+            found = _utterances(path)
+            return _one(found, path, utterance if len(found) > 1 else None)
     raise DnnvssError(f"alignments of the kind {path.suffix!r} are not understood", file=path, remedy=_KNOWN)
+
+
+def with_phones(path: Path) -> Collection[str]:
+    """The utterances of an ``.mlf`` or ``.ctm`` of many whose phone times it holds; raises as its reader does."""
+    return {name for name, alignment in _utterances(path).items() if "phones" in alignment}
+
+
+def _utterances(path: Path) -> Mapping[str, Alignment]:
+    """The alignments of a file of many by the name of the utterance."""
+    return _read_all(path, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@lru_cache(maxsize=2)
+def _read_all(path: Path, changed: int) -> Mapping[str, Alignment]:
+    """A file of a whole corpus is read once and not for every utterance."""
+    return read_mlf(path) if path.suffix.lower() == ".mlf" else read_ctm(path)
+
+
+def _one(found: Mapping[str, Alignment], path: Path, utterance: str | None) -> Alignment:
+    """The alignment of an utterance among those of a file; that of the only one where none is named."""
+    if utterance is None and len(found) == 1:
+        return next(iter(found.values()))
+    if utterance in found:
+        return found[utterance]
+    raise DnnvssError(f"holds {len(found)} utterances, not {utterance!r}", file=path,
+                      remedy=f"Name one of them, e.g. {next(iter(found), 'none is there')}")
 
 
 def write_alignment(path: str | Path, alignment: Alignment) -> Path:

@@ -12,10 +12,10 @@ from dnnvss.timing import Segment, Tier
 _LONG = {"sil", "<sil>", "silence", "h#", "#h", "pau", "<s>", "</s>", "sent-start", "sent-end", "!enter", "!exit"}
 _SHORT = {"sp", "<sp>", "ssil", "#"}
 _EMPTY = {"", "<eps>", "_", "-", "<p:>"}
-_NOISES = {"br", "cg", "lg", "ls", "ns", "<br>", "breath", "noise", "##"}
+_NOISES = {"br", "cg", "lg", "ls", "ns", "<br>", "breath", "noise", "##", "nsn"}
 """Breaths, coughs, laughter, smacks and noises of the Penn aligner and others, which are no speech."""
 _WORD_PAUSES = (_LONG | _SHORT | _EMPTY | {f"{{{noise}}}" for noise in _NOISES}) - {"silence"}  # a word of English too
-_PLACE = re.compile(r"_[BIES]$")
+PLACE = re.compile(r"_[BIES]$")
 """Where in its word a phone is, as Kaldi writes it."""
 _FULL_CONTEXT = re.compile(r"-([^-+^@/]+)\+")
 _ALIASES = {"AX": "AH", "AXR": "ER", "IX": "IH", "EL": "L", "EM": "M", "EN": "N", "DX": "T", "NX": "N", "HV": "HH",
@@ -36,7 +36,7 @@ def phone_of(label: str) -> str:
         DnnvssError: the label is none of these.
     """
     middle = _FULL_CONTEXT.search(label)
-    name = _PLACE.sub("", (middle.group(1) if middle else label).strip())
+    name = PLACE.sub("", (middle.group(1) if middle else label).strip())
     lower = name.lower()
     if lower in _EMPTY:
         return ""

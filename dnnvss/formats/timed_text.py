@@ -5,6 +5,7 @@ from pathlib import Path
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.alignments import read_alignment
 from dnnvss.formats.cues import Cue
 from dnnvss.formats.labels import word_of
 from dnnvss.formats.pace import check_cues
@@ -12,7 +13,6 @@ from dnnvss.formats.recognised import read_recognised
 from dnnvss.formats.rows import table_rows
 from dnnvss.formats.stamped_text import stamped_cues
 from dnnvss.formats.subtitles import read_subtitles
-from dnnvss.formats.textgrid import read_textgrid
 from dnnvss.formats.words import columns_of, read_words_csv
 from dnnvss.timing import Tier
 
@@ -23,7 +23,7 @@ TIMED = (*SUBTITLES, ".json")
 
 
 def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
-    """What is said and about when: subtitles, word times (CSV, TextGrid, a recogniser's JSON), or plain text.
+    """What is said and about when: subtitles, word times (CSV, TextGrid, CTM, a recogniser's JSON), or plain text.
 
     A plain text gives a cue a line, without times where its lines have none.
 
@@ -38,8 +38,8 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
             return read_recognised(path)
         case ".csv":
             return check_cues(_words(read_words_csv(path)["words"], path), path)
-        case ".textgrid":
-            grid = read_textgrid(path)
+        case ".textgrid" | ".ctm":
+            grid = read_alignment(path, path.stem)
             if "words" not in grid:
                 raise DnnvssError("holds no tier of words", file=path, remedy="Name the tier of words words")
             return _words(grid["words"], path)
@@ -47,7 +47,7 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
             text = files.read_text(path, "Write the words of the recording there")
             return stamped_cues(text) or tuple(_lines(text))
     raise DnnvssError(f"text of the kind {path.suffix!r} is not understood", file=path,
-                      remedy="Use .srt, .vtt, .txt, .json, .csv (start,end,word) or .TextGrid")
+                      remedy="Use .srt, .vtt, .txt, .json, .csv (start,end,word), .ctm or .TextGrid")
 
 
 def is_words_csv(path: Path) -> bool:

@@ -275,7 +275,7 @@ $('timeline').addEventListener('keydown', event => {
 
 // ---- what is brought ---------------------------------------------------------------------------------------------
 
-const SESSION = /\.json$/i, TIMES = /\.(textgrid|lab|align)$/i;
+const SESSION = /\.json$/i, TIMES = /\.(textgrid|lab|ctm|align)$/i;
 
 // Files that come together: a session first, then a voice, then its phone times; it is spoken once.
 const bring = guarded(async files => {
