@@ -31,7 +31,7 @@ from dnnvss.formats import (
 )
 from dnnvss.formats.alignments import with_phones
 from dnnvss.formats.htk import is_transcript
-from dnnvss.formats.transcripts import check_transcript
+from dnnvss.formats.transcripts import check_transcript, read_transcript
 from dnnvss.media.folders import SOUNDS, VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
 
@@ -53,15 +53,16 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
     (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid``, ``ID.lab`` or ``ID.ctm`` (a ``.lab`` of
-    words is a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]}, "scale":
-    1}``), or are those of 68-point landmarks, or those of a face mesh of 468 or 478 points. Where no video has
+    words is a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]},
+    "scale": 1}``), or are those of 68-point landmarks, or those of a face mesh of 468 or 478 points. Where no video has
     landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). A video without sound takes ``ID.wav``
     (flac, mp3) beside it, which begins with the first picture. ``splits/{train,val,test}.txt`` (an id a line) are
     used where they are; those that are not are drawn from the utterances that the others leave.
 
     A video of more than a minute with a transcript of more than 40 words, or one of any length with subtitles
     (``ID.srt``, ``ID.vtt``) or word times (``ID.csv`` with the columns start, end, word, ``ID.TextGrid``, ``ID.ctm``,
-    ``ID.json`` of a speech recogniser) in place of a transcript, is cut into utterances at pauses (:mod:`data_prep.long`).
+    ``ID.json`` of a speech recogniser) in place of a transcript, is cut into utterances at pauses
+    (:mod:`data_prep.long`).
 
     A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its
     sound is ``ID.wav`` (flac, mp3); without sound its phone times must be given. Its frame rate is ``rate``, that of
@@ -134,7 +135,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool,
         if video is not None and (special := _cut_or_guessed(raw, name, video, variant, find, transcribe)) is not None:
             return special
         transcript, times = written(raw, name)
-        text = " ".join(files.read_text(transcript, _WORDS).split())
+        text, unsaid = read_transcript(transcript, name)
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
@@ -147,7 +148,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool,
         raise  # it says nothing about the recording
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
-    notes = _told(transcript, video) + _others(raw, name, video)
+    notes = _unsaid(unsaid) + _told(transcript, video) + _others(raw, name, video)
     return Source(name, text, words, video, marks, alignment=times, sound=sound, notes=notes)
 
 
@@ -194,7 +195,9 @@ def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
 
 
 _DOCUMENTS = (".rtf", ".doc", ".docx", ".odt", ".pages", ".pdf", ".html", ".htm", ".md", ".text")
-_SUBTITLES = (".ass", ".ssa", ".sbv", ".sub", ".ttml", ".dfxp", ".lrc", ".smi", ".stl", ".scc", ".xml")
+_SUBTITLES = (".ass", ".ssa", ".sbv", ".sub", ".lrc", ".smi", ".stl", ".scc")
+_OTHERS = (".ttml", ".dfxp", ".xml", ".json3", ".srv3", ".tsv")
+"""Captions that FFmpeg does not read either."""
 
 
 def _beside(raw: Shelf, name: str) -> str:
@@ -205,9 +208,15 @@ def _beside(raw: Shelf, name: str) -> str:
             return f"{shown} is not read: save its words as plain text, {name}.txt"
         if suffix in _SUBTITLES:
             return f"{shown} is not read: ffmpeg -i {shlex.quote(shown)} {shlex.quote(f'{name}.srt')}"
+        if suffix in _OTHERS:
+            return f"{shown} is not read: save or download its captions as SubRip, {name}.srt"
         if suffix in (".txt", *SUBTITLES):
             return f"{shown} is not taken, for its name is another one: if it is its text, rename it {name}{suffix}"
     return ""
+
+
+def _unsaid(left: str) -> tuple[str, ...]:
+    return (f"nobody says {left!r} of its transcript, and it was left out",) if left else ()
 
 
 def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:

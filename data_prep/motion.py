@@ -14,9 +14,9 @@ from data_prep.shelf import Shelf
 from data_prep.splits import read_splits
 from data_prep.stages import FOLDER, Workshop
 from data_prep.untold import speech_alone
-from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.formats.transcripts import read_transcript
 from dnnvss.media.folders import SOUNDS
 from dnnvss.text.sentence import spoken_words
 from dnnvss.timing import FrameClock
@@ -138,7 +138,7 @@ def _source(shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, 
                                   remedy=_WORDS)
             return speech_alone(Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop)
         transcript, times = written(shelf, name)
-        text = " ".join(files.read_text(transcript, _WORDS).split())
+        text, _ = read_transcript(transcript, name)
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)

@@ -19,7 +19,7 @@ _KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK), .ctm (NIST), .csv (words) or .a
 
 
 def read_alignment(path: str | Path, utterance: str | None = None) -> Alignment:
-    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf``, ``.ctm``, ``.csv`` or ``.align`` file, with its tiers.
+    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf``, ``.ctm``, ``.csv`` or ``.align`` file.
 
     Args:
         path: the file.
@@ -71,7 +71,7 @@ def _one(found: Mapping[str, Alignment], path: Path, utterance: str | None) -> A
     """The alignment of an utterance among those of a file; that of the only one where none is named."""
     if utterance is None and len(found) == 1:
         return next(iter(found.values()))
-    if utterance in found:
+    if utterance is not None and utterance in found:
         return found[utterance]
     raise DnnvssError(f"holds {len(found)} utterances, not {utterance!r}", file=path,
                       remedy=f"Name one of them, e.g. {next(iter(found), 'none is there')}")

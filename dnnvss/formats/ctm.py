@@ -83,7 +83,7 @@ def _row(path: Path, place: int, line: str, fields: list[str]) -> tuple[str, _Ro
 
 
 def _phonetic(labels: Iterable[str]) -> bool:
-    """Whether labels are phones: nearly all are ARPAbet or have Kaldi's place in the word, and a vowel is among them."""
+    """Whether labels are phones: nearly all are ARPAbet or have Kaldi's place in the word, with a vowel."""
     spoken = [label for label in labels if word_of(label) and not _MARK.match(label)]
     bare = [strip_stress(PLACE.sub("", label).upper()) for label in spoken]
     known = sum(phone in SPOKEN or bool(PLACE.search(label)) for phone, label in zip(bare, spoken, strict=True))

@@ -6,7 +6,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.htk_states import whole_phones
-from dnnvss.formats.labels import phone_tier, phones_of, word_of
+from dnnvss.formats.labels import is_pause, phone_tier, phones_of, word_of
 from dnnvss.formats.numbers import comma_number, whole
 from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
@@ -28,7 +28,8 @@ def read_lab(path: str | Path) -> Alignment:
     Lines are ``start end phone`` with times in 100 ns units, or in seconds where one of them has a decimal point. A
     fourth column that holds a number on every line is a score and is left out. Other text there, or after the score, is
     the word that begins with this phone (HTK's second level) and gives the tier ``words``; ``_`` inside it stands for a
-    space. HTS full-context labels give the phone in their middle; lines that are states of one phone are that phone: a
+    space. A pause without a length is left out. HTS full-context labels give the phone in their middle; lines that are
+    states of one phone are that phone: a
     number behind the label (``[2]`` to ``[6]``, as Merlin writes them, or ``_s2``), ``s2`` to ``s4`` with the phone
     behind the first (HTK), or the same number of equal lines for every phone. Labels of ESPS (``END COLOUR
     PHONE``, seconds, below a line ``#``, as Festival and CMU ARCTIC have them) are read too.
@@ -77,7 +78,8 @@ def read_mlf(path: str | Path) -> dict[str, Alignment]:
         elif line.strip() == ".":
             if name in found or not name:
                 raise DnnvssError(f"line {place}: utterance {name!r} ends here but is "
-                                  f"{'there twice' if name else 'without a name'}", file=path, remedy=_REMEDY)
+                                  f"{'there twice' if name else 'without a name'}", file=path,
+                                  remedy="Keep one of them" if name else _REMEDY)
             found[name] = _parse(path, rows, name)
             name, rows = "", []
         elif line.strip():
@@ -116,6 +118,7 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
     if all(" ".join(fields[column : column + 1]) == fields[2] for *_, fields in table if len(fields) > 2):
         column += 1  # HTK writes the phone of its states again
+    table = [row for row in table if not _skipped(row[2], column)]
     seconds = _in_seconds([time for *_, fields in table for time in fields[:2]])
     read = phones_of(fields[2] for *_, fields in table if len(fields) > 2)
     for place, line, fields in table:
@@ -143,6 +146,11 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     if words:
         tiers.append(_words(words, tiers[0]))
     return Alignment(tiers)
+
+
+def _skipped(fields: list[str], column: int) -> bool:
+    """Whether a line is a pause without a length: HTK passes over the ``sp`` behind a word so."""
+    return 2 < len(fields) <= column and fields[0] == fields[1] and is_pause(fields[2])
 
 
 def is_transcript(text: str) -> bool:

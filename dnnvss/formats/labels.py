@@ -9,9 +9,10 @@ from dnnvss.phones import PHONES, SHORT_PAUSE, SILENCE, SILENCES, strip_stress
 from dnnvss.phones.alphabets import single_sound
 from dnnvss.timing import Segment, Tier
 
-_LONG = {"sil", "<sil>", "silence", "h#", "#h", "pau", "<s>", "</s>", "sent-start", "sent-end", "!enter", "!exit"}
+_LONG = {"sil", "<sil>", "silence", "h#", "#h", "pau", "<s>", "</s>", "sent-start", "sent-end", "!enter", "!exit",
+         "silb", "sile"}
 _SHORT = {"sp", "<sp>", "ssil", "#"}
-_EMPTY = {"", "<eps>", "_", "-", "<p:>"}
+_EMPTY = {"", "<eps>", "_", "-", "<p:>", "_:"}
 _NOISES = {"br", "cg", "lg", "ls", "ns", "<br>", "breath", "noise", "##", "nsn"}
 """Breaths, coughs, laughter, smacks and noises of the Penn aligner and others, which are no speech."""
 _WORD_PAUSES = (_LONG | _SHORT | _EMPTY | {f"{{{noise}}}" for noise in _NOISES}) - {"silence"}  # a word of English too
@@ -55,6 +56,11 @@ def phone_of(label: str) -> str:
                       remedy=f"Use the CMU phones, with or without stress: {' '.join(PHONES)}")
 
 
+def is_pause(label: str) -> bool:
+    """Whether a label of a phone is a name of silence or of a noise, or nothing."""
+    return label.strip().lower() in _EMPTY | _LONG | _SHORT | _NOISES
+
+
 def phones_of(labels: Iterable[str]) -> Callable[[str], tuple[str, ...]]:
     """What reads the labels of a tier: ARPAbet, or where some are none, the International Phonetic Alphabet or SAMPA.
 
@@ -68,8 +74,7 @@ def phones_of(labels: Iterable[str]) -> Callable[[str], tuple[str, ...]]:
 
     def other(alphabet: str) -> Callable[[str], tuple[str, ...]]:
         def read(label: str) -> tuple[str, ...]:
-            name = label.strip().lower()
-            if name in _EMPTY | _LONG | _SHORT | _NOISES or name == "spn":
+            if is_pause(label) or label.strip().lower() == "spn":
                 return own(label)
             return single_sound(label.strip(), alphabet)
 

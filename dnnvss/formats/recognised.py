@@ -11,6 +11,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
 from dnnvss.formats.pace import check_cues
 from dnnvss.formats.recognisers import SHAPES, Row
+from dnnvss.formats.unsaid import without_remarks
 
 _REMEDY = ("Give the JSON of Whisper, WhisperX, whisper.cpp, Vosk, Deepgram, AWS, Azure, Google, Watson, "
            "AssemblyAI, Speechmatics, Rev, Gentle or the Montreal Forced Aligner, or write "
@@ -36,7 +37,8 @@ def read_recognised(path: str | Path) -> tuple[Cue, ...]:
         except (KeyError, TypeError, IndexError, AttributeError, ValueError, OverflowError):
             continue
         if found:
-            return check_cues(tuple(_cue(row, path) for row in found if str(row[2]).strip()), path)
+            spoken = ((a, b, " ".join(without_remarks(str(text)).split()), unit) for a, b, text, unit in found)
+            return check_cues(tuple(_cue(row, path) for row in spoken if row[2]), path)
     raise DnnvssError("holds no words with times in a shape that is known", file=path, remedy=_REMEDY)
 
 
@@ -57,7 +59,7 @@ def _values(path: Path) -> Any:
 
 def _cue(row: Row, path: Path) -> Cue:
     start, end = (_time(value, row[3]) for value in row[:2])
-    text = " ".join(str(row[2]).split())
+    text = str(row[2])
     if start is None or end is None or end < start:
         raise DnnvssError(f"{text[:40]!r} is said from {row[0]!r} to {row[1]!r}, which are no times", file=path,
                           remedy=_REMEDY)

@@ -11,16 +11,18 @@ _TICKS = 1e7
 """Units of 100 ns in a second, in which Azure counts."""
 _STARTS = ("start", "begin", "start_time", "startTime", "Start", "from")
 _ENDS = ("end", "stop", "end_time", "endTime", "End", "to")
+_NO_WORDS = ("spacing", "audio_event")
+"""Types of what stands between words."""
 _TEXTS = ("text", "word", "punctuated_word", "label", "Word", "Text", "content")
 
 
 def _whisper(data: Any) -> Iterator[Row]:
     for segment in data["segments"]:
         words = segment.get("words") or []
-        if words and all("start" in word and "end" in word for word in words):
-            yield from ((w["start"], w["end"], w["word"], 1.0) for w in words)
+        if words and all("start" in word and _end(word) is not None for word in words):
+            yield from ((w["start"], _end(w), _first(w, _TEXTS), 1.0) for w in words)
         else:
-            yield segment["start"], segment["end"], segment["text"], 1.0
+            yield segment["start"], _end(segment), segment["text"], 1.0
 
 
 def _whisper_cpp(data: Any) -> Iterator[Row]:
@@ -139,8 +141,16 @@ def _plain(data: Any) -> Iterator[Row]:
     """A list of rows, or Gentle's ``words``, of which those that it did not find have no times."""
     rows = data if isinstance(data, list) else data["words"]
     for row in rows:
-        if row.get("case") != "not-found-in-audio":
-            yield _first(row, _STARTS), _first(row, _ENDS), _first(row, _TEXTS), 1.0
+        if row.get("case") != "not-found-in-audio" and row.get("type") not in _NO_WORDS:
+            yield _first(row, _STARTS), _end(row), _first(row, _TEXTS), 1.0
+
+
+def _end(row: dict[str, Any]) -> Any:
+    """When a row ends, by its end or by how long it lasts; None where neither is told."""
+    if any(name in row for name in _ENDS):
+        return _first(row, _ENDS)
+    start, lasts = _first(row, _STARTS), row.get("duration")
+    return start + lasts if isinstance(start, int | float) and isinstance(lasts, int | float) else None
 
 
 def _first(row: dict[str, Any], names: tuple[str, ...]) -> Any:

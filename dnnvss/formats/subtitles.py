@@ -12,6 +12,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
+from dnnvss.formats.unsaid import without_names, without_remarks
 
 _REMEDY = "Write each cue as a line 00:00:01,000 --> 00:00:02,500 and its text below, a blank line after it"
 _STAMP = r"(-?)(?:(\d{1,3}) ?: ?)?(\d{1,2}) ?: ?(\d{1,2})(?: ?[.,] ?(\d{1,9})|:(\d{1,2}))?"
@@ -22,9 +23,10 @@ _TIMED = re.compile(rf"-->|\d\s*{_ARROW}\s*-?\d|\d:\d\d[.,:]\d+.*\d:\d\d[.,:]\d"
 _RATES = (24, 25, 30, 50, 60, 100)
 """Frames a second in which times ``h:m:s:frame`` may count."""
 _TAG = re.compile(r"<[/A-Za-z\d!][^<>]{0,200}>|\{\\[^{}]{0,200}\}")
-_SOUND = re.compile(r"\[[^\[\]]*\]|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)\s*$"
+_SOUND = re.compile(r"\[[^\[\]]*\]:?|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)"
                     r"|^\s*#[^#\n]*#\s*$", re.MULTILINE)
-_SPEAKER = re.compile(r"^\s*(?:>>+\s*)?(?:[-\u2013]\s+)?(?:[A-Z][A-Z .'-]{1,30}:\s+)?", re.MULTILINE)
+_DASH = re.compile(r"^\s*[-\u2013]\s+", re.MULTILINE)
+"""Before what each of several says."""
 _INSTANT = 0.1
 """Seconds in which nobody says a line again: captions that roll up hold it so long between two others."""
 _NOTE = re.compile(r"(NOTE|STYLE|REGION)(\s|$)")
@@ -33,8 +35,8 @@ _NOTE = re.compile(r"(NOTE|STYLE|REGION)(\s|$)")
 def read_subtitles(path: str | Path) -> tuple[Cue, ...]:
     """The cues of an ``.srt`` or ``.vtt`` file in the order of the file, without what is not spoken.
 
-    Tags, names of speakers in capitals, sounds in brackets and songs between notes are left out, and
-    so is a line that only repeats the one before it, as captions that roll up do.
+    Tags, names of speakers, sounds in brackets and songs between notes are left out, and so is a line that only
+    repeats the one before it, as captions that roll up do.
 
     Raises:
         DnnvssError: unreadable, no cue, a cue that ends before it begins, or text where times should
@@ -42,7 +44,7 @@ def read_subtitles(path: str | Path) -> tuple[Cue, ...]:
     """
     path = Path(path)
     text: str = files.read(path, lambda p: files.read_text(p, _REMEDY), _REMEDY)
-    cues: list[Cue] = []
+    found: list[tuple[float, float, list[str]]] = []
     shown: list[str] = []
     for place, start, end, lines in _blocks(text, path):
         if end < start:
@@ -52,10 +54,12 @@ def read_subtitles(path: str | Path) -> tuple[Cue, ...]:
         new = [] if shown == spoken and end - start < _INSTANT else spoken[_repeated(shown, spoken):]
         shown = spoken or shown
         if new:
-            cues.append(Cue(start, end, " ".join(new)))
-    if not cues:
+            found.append((start, end, new))
+    if not found:
         raise DnnvssError("holds no cue with text", file=path, remedy=_REMEDY)
-    return tuple(cues)
+    bare = iter(without_names([line for _, _, lines in found for line in lines]))
+    cues = (Cue(start, end, " ".join(filter(None, [next(bare) for _ in lines]))) for start, end, lines in found)
+    return tuple(cue for cue in cues if cue.text)
 
 
 def holds_cues(text: str) -> bool:
@@ -130,7 +134,7 @@ def _seconds(parts: tuple[str | None, ...], rate: int) -> float:
 def _spoken(lines: list[str]) -> str:
     """What is said of the lines of a cue."""
     bare = html.unescape(_TAG.sub("", "\n".join(lines)))
-    bare = _SPEAKER.sub("", _SOUND.sub(" ", bare))
+    bare = without_remarks(_DASH.sub("", _SOUND.sub(" ", bare)))
     return "\n".join(" ".join(line.split()) for line in bare.split("\n"))
 
 

@@ -1,6 +1,6 @@
 """What is said in a recording and about when, from any file that tells it."""
 
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from dnnvss import files
@@ -13,6 +13,7 @@ from dnnvss.formats.recognised import read_recognised
 from dnnvss.formats.rows import table_rows
 from dnnvss.formats.stamped_text import stamped_cues
 from dnnvss.formats.subtitles import read_subtitles
+from dnnvss.formats.unsaid import spoken_lines, without_names, without_remarks
 from dnnvss.formats.words import columns_of, read_words_csv
 from dnnvss.timing import Tier
 
@@ -45,7 +46,7 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
             return _words(grid["words"], path)
         case ".txt" | ".lab":
             text = files.read_text(path, "Write the words of the recording there")
-            return stamped_cues(text) or tuple(_lines(text))
+            return _stamped(text) or tuple(Cue(None, None, line) for line in spoken_lines(text, path.stem))
     raise DnnvssError(f"text of the kind {path.suffix!r} is not understood", file=path,
                       remedy="Use .srt, .vtt, .txt, .json, .csv (start,end,word), .ctm or .TextGrid")
 
@@ -53,13 +54,13 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
 def is_words_csv(path: Path) -> bool:
     """Whether a CSV is a table of words and not of landmarks, by its first line."""
     with path.open("rb") as file:
-        head = file.read(_HEAD)
+        head = file.read(_FIRST)
     lines = head.decode(files.text_encoding(head), "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     rows, _ = table_rows(lines.rpartition("\n")[0] or lines)
     return bool(rows) and columns_of(rows[0][1]) is not None
 
 
-_HEAD = 4096
+_FIRST = 4096
 """Bytes in which the first line of a table of words ends."""
 
 
@@ -70,5 +71,8 @@ def _words(tier: Tier, path: Path) -> tuple[Cue, ...]:
     return found
 
 
-def _lines(text: str) -> Iterator[Cue]:
-    yield from (Cue(None, None, " ".join(line.split())) for line in text.split("\n") if line.strip())
+def _stamped(text: str) -> tuple[Cue, ...]:
+    """The cues of a text with times in its lines, as far as somebody says them."""
+    cues = stamped_cues(text)
+    said = without_names([" ".join(without_remarks(cue.text).split()) for cue in cues])
+    return tuple(replace(cue, text=line) for cue, line in zip(cues, said, strict=True) if line)

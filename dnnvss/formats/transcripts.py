@@ -9,6 +9,7 @@ from dnnvss.formats.htk import holds_times
 from dnnvss.formats.stamped_text import stamped_cues
 from dnnvss.formats.subtitles import holds_cues
 from dnnvss.formats.timed_text import is_words_csv
+from dnnvss.formats.unsaid import left_out, spoken_lines
 
 _WORDS = "Write the words of the recording there"
 _MARKS = {"{\\rtf": "RTF", "<!doctype": "HTML", "<html": "HTML", "<?xml": "XML", "%pdf": "PDF", "webvtt": "WebVTT"}
@@ -36,6 +37,17 @@ def check_transcript(path: Path, utterance: str | None = None) -> str:
         raise DnnvssError("holds times, and no text", file=path, utterance=utterance,
                           remedy=f"Put the words alone there, the times into {path.stem}.TextGrid or {path.stem}.lab")
     return text
+
+
+def read_transcript(path: Path, utterance: str) -> tuple[str, str]:
+    """What is said by a transcript, in one line, and what of it is not said, shortened.
+
+    Raises:
+        DnnvssError: as :func:`check_transcript` does.
+    """
+    text = check_transcript(path, utterance)
+    lines = spoken_lines(text, utterance)
+    return " ".join(lines), left_out(text, lines)
 
 
 def _is_json(text: str) -> bool:

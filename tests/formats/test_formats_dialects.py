@@ -35,6 +35,19 @@ def test_the_label_that_no_alphabet_has_is_named() -> None:
     assert [phone for _, phone in labels("ç", "ə", "t̪", "əw")] == ["HH", "AH", "T", "OW"]
 
 
+@pytest.mark.parametrize("behind", ["", " 0.000000"])
+def test_pauses_without_a_length_are_left_out(tmp_path: Path, behind: str) -> None:
+    """HVite writes a line for each ``sp`` that it passed over; Julius names its silences silB and silE."""
+    path = tmp_path / "a.lab"
+    lines = ["0 5000000 silB", "5000000 6000000 hh", "6000000 7000000 ay", "7000000 7000000 sp", "7000000 9000000 silE"]
+    path.write_text("".join(f"{line}{behind}\n" for line in lines))
+    found = read_alignment(path)["phones"]
+    assert (found.labels, found.edges.round(4).tolist()) == (("sil", "HH", "AY", "sil"), [0, 0.5, 0.6, 0.7, 0.9])
+    path.write_text("0 5000000 sil\n5000000 5000000 hh\n5000000 6000000 sil\n")
+    with pytest.raises(DnnvssError, match=r"line 2: .* 'hh' runs from 0\.5 to 0\.5 s"):
+        read_alignment(path)
+
+
 def test_whole_seconds_among_others_are_seconds(tmp_path: Path) -> None:
     path = tmp_path / "a.lab"
     path.write_text("0 0.5 sil\n0.5 0.6 hh\n0.6 1 ow\n1 2 sil\n")
