@@ -3,7 +3,7 @@
 import re
 
 from dnnvss.text import numbers
-from dnnvss.text.amounts import END, Rule, Said, rule_of
+from dnnvss.text.amounts import END, Rule, Said, rule_of, unit_pattern
 
 HALF = r"[ap]\.?m\b\.?"
 _ZONE = r"(?:\s(?P<zone>(?-i:[ECMP][SD]?T|GMT|UTC|B?C?E?ST|CET|IST|JST|A[EW]ST))(?!\w))?"
@@ -36,6 +36,14 @@ def _range(m: re.Match[str], british: bool) -> Said:
     return [*start, "to", *end, *_zone(m)]
 
 
+def _of_four_digits(m: re.Match[str], british: bool) -> Said:
+    """A time as soldiers write it: *0830 hours*."""
+    minutes = int(m["min"])
+    return ["oh", *numbers.cardinal(int(m["h"])),
+            *(["hundred"] if not minutes else ["oh"] if minutes < 10 else []),
+            *(numbers.cardinal(minutes) if minutes else []), "hours"]
+
+
 def rules() -> list[Rule]:
     """Return the rules in the order in which they are tried."""
     return [
@@ -45,4 +53,8 @@ def rules() -> list[Rule]:
                 ignore_case=True),
         rule_of(rf"(?P<h>\d{{1,2}})(?:\.(?P<min>[0-5]\d))?(?P<s>)\s?(?P<half>{HALF}){_ZONE}{END}", _time,
                 ignore_case=True),
+        rule_of(rf"(?<=\bat\s)(?P<h>\d{{1,2}})\.(?P<min>[0-5]\d)(?!\d|\.\d|{unit_pattern()}){END}",
+                lambda m, british: numbers.time_of_day(int(m["h"]), int(m["min"])) if british else None,
+                ignore_case=True),
+        rule_of(r"0(?P<h>[1-9])(?P<min>[0-5]\d)\s?(?:hours|hrs)(?!\w)", _of_four_digits),
     ]

@@ -30,7 +30,7 @@ def _said(m: re.Match[str], sign: str, amount: str, scale: str, british: bool) -
 
 def _before(m: re.Match[str], british: bool) -> Said:
     said = _said(m, m["sign"], m["n"], _scale(m["scale"]), british)
-    return [*(["minus"] if m["minus"] else []), *said, *per(m)]
+    return [*(["minus"] if m["minus"] or m["below"] else []), *said, *per(m)]
 
 
 def _range(m: re.Match[str], british: bool) -> Said:
@@ -57,7 +57,8 @@ def rules() -> list[Rule]:
     return [
         rule_of(rf"(?P<sign>{_SIGN})\s?(?P<a>{NUMBER}){_scaled('first')}?(?:{TO}(?P=sign)\s?|[-\u2013])(?P<b>{NUMBER})"
                 rf"{_scaled('scale')}?{PER}(?![\w-])", _range, ignore_case=True),
-        rule_of(rf"{MINUS}(?P<sign>{_SIGN})\s?(?P<n>{_AMOUNT}){_scaled('scale')}?{PER}", _before, ignore_case=True),
+        rule_of(rf"{MINUS}(?P<sign>{_SIGN})(?P<below>[-\u2212](?=[\d.]))?\s?"
+                rf"(?P<n>{_AMOUNT}){_scaled('scale')}?{PER}", _before, ignore_case=True),
         rule_of(rf"(?P<a>{NUMBER})\s?(?P<sign>{_SIGN}){TO}(?P<b>{NUMBER})\s?(?P=sign)(?![\w-])", _range_after),
         rule_of(rf"{MINUS}(?P<n>{_AMOUNT})\s?(?:(?P<scale>{_WORDS})\s?)?(?P<sign>{_SIGN})(?!\s?\d)", _after),
     ]

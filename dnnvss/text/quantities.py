@@ -2,7 +2,7 @@
 
 import re
 
-from dnnvss.text import hours, lengths, money, numbers
+from dnnvss.text import hours, lengths, money, numbers, together
 from dnnvss.text.amounts import (
     END,
     MINUS,
@@ -31,6 +31,8 @@ _WORDED = "|".join(sorted((u for u in table("units") if u in "mg" or (u.isalpha(
                           key=len, reverse=True))
 """Units that stand behind a hyphen."""
 _TIMES = "yr|year|mo|month|wk|week|day|hr|hour|h|min|minute|sec|second|s|night|person|mile|km|kg|lb"
+_MARK = re.compile(r"(?!\s+(?:of|an?|the|as|inch|mile|full|way|gallon|acre|cent)\b)")
+"""What follows a mark of ten or a hundred (*9/10*), and no part of something."""
 _DATED = re.compile(r"\b(?:in|since|of|by|until|before|after|from|year|around|circa)\s$", re.IGNORECASE)
 
 
@@ -91,6 +93,10 @@ def _month_day(m: re.Match[str], british: bool) -> Said:
     return [MONTHS[_month_number(m["month"]) - 1], *(["the"] if british else []), *day, *year]
 
 
+def _named_date(m: re.Match[str], british: bool) -> Said:
+    return _date_words(int(m["d"]), _month_number(m["month"]), int(m["y"]), british=True)
+
+
 def _ratio(m: re.Match[str], british: bool) -> Said:
     return [*numbers.number(m["a"], british), "to", *numbers.number(m["b"], british)]
 
@@ -129,6 +135,9 @@ def _fraction(m: re.Match[str], british: bool) -> Said:
         return None
     if top == bottom and not m["whole"] and top > 1:  # 50/50, 20/20
         return [*numbers.cardinal(top, british), *numbers.cardinal(bottom, british)]
+    if bottom in (10, 100) and 1 < top <= bottom and not m["whole"] and m[0].endswith(m["b"]) and _MARK.match(
+            m.string, m.end()):
+        return [*numbers.cardinal(top, british), "out", "of", *numbers.cardinal(bottom, british)]
     whole = [*numbers.cardinal(int(m["whole"]), british), "and"] if m["whole"] else []
     return [*whole, *numbers.fraction(top, bottom, british), *_unit(m, bool(m["whole"]) or top > bottom)]
 
@@ -150,6 +159,19 @@ def _vulgar(m: re.Match[str], british: bool) -> Said:
     return [*numbers.cardinal(int(m["n"]), british), "and", *tail.split(), *_unit(m, several=True)]
 
 
+def _year_on(m: re.Match[str], british: bool) -> Said:
+    """A year and the next or a later one of its century: *2008-09*."""
+    first, last = int(m["a"]), int(m["b"])
+    if not (1100 <= first <= 2099 and (last > first % 100 or (last == 0 and first % 100 == 99))):
+        return None
+    return [*numbers.year(first, british), "to", *(_two_digits(last) if last else numbers.year(first + 1, british))]
+
+
+def _two_digits(number: int) -> list[str]:
+    """The end of a year: *oh nine*, *eighteen*."""
+    return numbers.year(1900 + number)[1:]
+
+
 def _range(m: re.Match[str], british: bool) -> Said:
     between = "minus" if re.match(r"\s*=", m.string[m.end() : m.end() + 9]) else "to"
     return [*plain_number(m["a"], british), between, *plain_number(m["b"], british), *_unit(m, several=True)]
@@ -168,9 +190,16 @@ def _decades(m: re.Match[str], british: bool) -> Said:
     return [*numbers.decade(int(m["a"])), "to", *numbers.decade(int(m["b"]))]
 
 
+def _decade(m: re.Match[str], british: bool) -> Said:
+    """A decade; *45s* is a time."""
+    seconds = len(m["n"]) == 2 and m["n"][1] != "0" and m[0] == m["n"] + "s"
+    return None if seconds else numbers.decade(int(m["n"]))
+
+
 def _counted(m: re.Match[str], british: bool) -> Said:
     """So many of something in a time or for one: *365 days/yr*."""
-    return [*numbers.number(m["n"], british), m["what"], *per(m)]
+    what = unit_words(m["what"], m["n"] == "1") if m["what"] in table("units") else [m["what"]]
+    return [*numbers.number(m["n"], british), *what, *per(m)]
 
 
 def _power(m: re.Match[str], british: bool) -> Said:
@@ -246,7 +275,8 @@ def _plain(m: re.Match[str], british: bool) -> Said:
 
 
 _TELEPHONE = "|".join([
-    r"\+\d{1,3}(?:[\s-]\(?\d{1,5}\)?){2,4}", r"\+\d{10,15}", BRACKETED, r"\d{3}([-. ])\d{3}\1\d{4}", r"\d{3}-\d{4}",
+    r"\+\d{1,3}(?:[\s.-]\(?\d{1,5}\)?){2,5}", r"\+\d{10,15}", r"1([-. ])\d{3}\1\d{3}\1\d{4}",
+    BRACKETED, r"\d{3}([-. ])\d{3}\2\d{4}", r"\d{3}-\d{4}",
     r"0\d{2,4}\s\d{3,4}\s\d{3,4}", r"0\d{4}\s\d{6}", r"0\d(?:[ .]\d\d){4}", r"\d{4}(?:[ -]\d{4}){3}"])
 
 
@@ -259,6 +289,7 @@ def _dates() -> list[Rule]:
         rule_of(rf"(?P<a>\d{{1,2}})\.(?P<b>\d{{1,2}})\.(?P<y>\d{{4}}){END}", lambda m, _: _slash_date(m, british=True)),
         rule_of(rf"(?:the\s)?(?:(?P<from>\d{{1,2}}){day}[-\u2013])?(?P<d>\d{{1,2}}){day}\s(?:of\s)?{_MONTH}"
                 rf"(?:,?\s(?P<y>\d{{4}}))?{END}", _day_month, ignore_case=True),
+        rule_of(rf"(?P<d>\d{{1,2}})-{_MONTH}-(?P<y>\d{{4}}){END}", _named_date, ignore_case=True),
         rule_of(rf"{_MONTH}\s(?:the\s)?(?P<d>\d{{1,2}}){day}(?:[-\u2013](?P<until>\d{{1,2}}){day})?"
                 rf"(?:,?\s(?P<y>\d{{4}}))?(?![\w:]|,\d|\s?{hours.HALF}|\s?%|-\d)", _month_day, ignore_case=True),
     ]
@@ -275,15 +306,18 @@ def _many() -> list[Rule]:
         rule_of(rf"['\u2019]?(?P<a>\d{{2}}|\d{{4}})s[-\u2013]['\u2019]?(?P<b>\d{{2}}|\d{{4}})s{END}", _decades),
         rule_of(r"(?P<n>10+)s(?=\sof\b)", _plural),
         rule_of(rf"(?:['\u2019](?=\d\d['\u2019]?s))?(?P<n>\d{{2}}|\d{{4}})['\u2019]?s{END}",
-                lambda m, _: numbers.decade(int(m["n"]))),
+                _decade),
         rule_of(rf"(?P<n>{NUMBER})\s(?P<what>[a-z]{{2,12}}s)\s?/\s?(?P<per>{_TIMES})(?![\w/])", _counted),
-        *lengths.rules(),
-        rule_of(rf"(?:(?P<whole>\d+)\s)?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}})(?:{unit}|(?:rd|th|nd)?s?{END})", _fraction),
+        *lengths.rules(), *together.rules(),
+        rule_of(rf"(?:(?P<whole>\d+)[\s-])?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}}|1000)(?:{unit}|(?:rd|th|nd)?s?{END})",
+                _fraction),
         rule_of(rf"(?:(?P<n>\d+)\s?)?(?P<f>[½⅓⅔¼¾⅛])(?:{unit})?", _vulgar),
         rule_of(rf"(?P<a>{NUMBER})(?P<more>(?:\s?x\s?{NUMBER}|\u00d7{NUMBER}(?!\^)){{1,2}})(?:{unit})?(?![\w^])",
                 _product),
         rule_of(rf"(?P<a>{NUMBER})\s?(?P<unit>{any_unit()}){TO}(?P<b>{NUMBER})\s?(?P=unit)(?![\w-])",
                 _range_of_units),
+        rule_of(r"(?P<a>\d{4})[\u2013-](?P<b>\d\d)(?![\w-]|[.,]\d)", _year_on),
+        rule_of(r"(?<=['\u2019])(?P<n>0\d)(?![\w-]|[.,:]\d)", lambda m, _: _two_digits(int(m["n"]))),
         rule_of(rf"(?P<a>{NUMBER})\s?[\u2013\u2014-]\s?(?P<b>{NUMBER})(?:{unit})?(?![\w-])", _range),
         rule_of(rf"\d+(?:\.\d+){{2,}}{END}", _versions),
         rule_of(rf"{MINUS}(?P<n>{NUMBER}){unit}", _quantity),

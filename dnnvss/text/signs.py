@@ -33,6 +33,7 @@ def plain_signs(text: str) -> str:
     a stroke (``⅝`` is ``5/8``), signs and spaces between thousands become commas, and an apostrophe between letters is
     straight, whichever sign was typed for it.
     """
+    text = text.replace("+/-", "±")
     text = _APOSTROPHE.sub("'", unicodedata.normalize("NFC", visible(text)))
     text = _THOUSANDS.sub(lambda m: re.sub(r"[\s'\u2019_]", ",", m[0]), text)
     if text.isascii():

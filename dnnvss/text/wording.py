@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dnnvss.text import derive, numbers
 from dnnvss.text.lexicon import dictionary
@@ -29,7 +29,7 @@ _STARTERS = word_set(
 _NUMBERED = word_set(
     "chapter part war act volume section phase type book title class article bowl rocky level stage step grade scene "
     "mark windows episode fantasy model table figure appendix annex schedule unit session tier division group series "
-    "season corps canto panel module round game generation factor psalm apollo saturn vol pt mk ch"
+    "season corps canto panel module round game generation factor psalm apollo saturn vol pt mk ch no nos"
 )
 """Words behind which a Roman numeral is a number, not a rank."""
 _PARTED = word_set("chapter part war act volume section phase article title book scene appendix annex canto vol pt ch "
@@ -150,7 +150,8 @@ def initials(match: re.Match[str], place: Place) -> list[Token] | None:
     return [Token(match[0], tuple(words), brk)]
 
 
-ABBREVIATION = re.compile(r"(?P<word>[A-Za-z]/[A-Za-z]?(?!\w)|[A-Za-z]+|['\u2019]n['\u2019]?)"
+_MONTHS = "|".join(f"{month[:3]}(?:{month[3:]})?" for month in MONTHS) + "|sept"
+ABBREVIATION = re.compile(r"(?P<word>[A-Za-z]/[A-Za-z]?(?!\w)|[A-Za-z]+|['\u2019]n['\u2019]?|[Dd]['\u2019]you)"
                           r"(?P<dot>\.(?=\d)|\.?(?![\w'\u2019]))")
 
 
@@ -167,8 +168,13 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
     street = re.match(r"[A-Z]|\d+(?:st|nd|rd|th)$", place.before)
     if word in ("Dr", "St") and (not named or ends_sentence(place.after)) and street:
         said, when = {"Dr": "drive", "St": "street"}[word], "any"
+    if word.lower() == "min" and re.match(r"\s*\d", place.after):
+        said = "minimum"
+    if capital and said.endswith("day") and _DATE.match(place.after):
+        when = "any"
     fits = {"any": True, "dot": dot, "Dot": dot and capital, "cap": dot and capital and inside,
-            "number": bool(re.match(r"\s*\(?(?:\d|[IVXL]+\b)", place.after)), "Year": dated, "title": capital and named,
+            "number": bool(re.match(r"\s*\(?(?:\d|[IVXL]{2,}\b)" if word.lower() == "no" else r"\s*\(?(?:\d|[IVXL]+\b)",
+                                place.after)), "Year": dated, "title": capital and named,
             "Title": capital and named and dot}[when]
     if not fits or (place.after[:1].isdigit() and when not in ("number", "Year")):
         return None
@@ -176,11 +182,21 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
     return [Token(match[0], tuple(said.split()), "major" if final else "none")]
 
 
-ROMAN = re.compile(r"(?:[IVXL]{2,}|[IVX])(?![\w'\u2019])|[ivx]{2,}(?=\))")
-_GOES_ON = re.compile(r"\s*(?:$|[.,;:!?)\u2013\u2014-])|\s+(?:of|and|or|to|in|is|was|were|has|began|for|by|at|on)\b")
+_DATE = re.compile(rf",?\s+(?:\d{{1,2}}(?:st|nd|rd|th)?\s+(?:of\s+)?(?:{_MONTHS})|(?:{_MONTHS})\.?\s+\d)",
+                   re.IGNORECASE)
+"""What follows the short name of a day."""
+ROMAN = re.compile(r"(?P<numeral>[IVXL]{2,}|[IVX])(?P<ending>th|['\u2019]s)?(?![\w'\u2019])|[ivx]{2,}(?=\))")
+_CENTURY = re.compile(r"(?:\s|-)+(?:centur(?:y|ies)|c\.)(?!\w)", re.IGNORECASE)
+_GOES_ON = re.compile(r"\s*(?:$|[.,;:!?)\u2013\u2014-])"
+                      r"|\s+(?:of|and|or|to|in|is|was|were|has|began|for|by|at|on|scene)\b", re.IGNORECASE)
 """What follows *Part I*, where the letter is no pronoun."""
 
 
+_RULERS = word_set(
+    "henry charles george edward louis james philip alfonso ferdinand frederick pius leo gregory benedict innocent "
+    "clement urban sixtus martin nicholas constantine gustav christian baldwin ptolemy olaf haakon"
+)
+"""Names that more than four rulers bore."""
 _REIGNING = re.compile(r"\b(?:King|Queen|Pope|Emperor|Empress|Tsar|Czar|Kaiser|Sultan)\s+[A-Z]\w+\s+$")
 _BEFORE_I = word_set(
     "am do did does can could will would shall should may might must have had has was were are if when as and but or "
@@ -201,17 +217,40 @@ def _reigns(match: re.Match[str], place: Place) -> bool:
     before = place.before
     if not before[:1].isupper() or place.shouting or before.lower() in _BEFORE_I or not before.isalpha():
         return False
-    if _titled(match):
-        return match[0] != "I" or not _PRONOUN.match(place.after)
-    return match[0] == "I" and bool(re.match(r"\s*$|[.,;:!?)]|\s+of\s+[A-Z]", place.after))
+    if _titled(match) or (match["numeral"] != "I" and before.lower() in _RULERS):
+        return match["numeral"] != "I" or not _PRONOUN.match(place.after)
+    return match["numeral"] == "I" and bool(re.match(r"\s*$|[.,;:!?)]|\s+of\s+[A-Z]", place.after))
 
 
 def roman(match: re.Match[str], place: Place) -> list[str] | None:
     """Return a Roman numeral after a name or a word such as *chapter*, or of a list, in words; None elsewhere."""
-    text, before = match[0].upper(), place.before
+    text, ending = (match["numeral"] or match[0]).upper(), match["ending"]
     value = numbers.roman(text) or {"I": 1, "V": 5, "X": 10}.get(text, 0)
     if not value:
         return None
+    if ending == "th" or (not ending and len(text) > 1 and _CENTURY.match(place.after)):
+        return numbers.ordinal(value, place.british) if len(text) > 1 or _CENTURY.match(place.after) else None
+    said = _numeral(match, replace(place, before=_counted_together(match, place) or place.before), text, value)
+    return [*said[:-1], said[-1] + "'s"] if said and ending else said
+
+
+_ROW = re.compile(r"(?P<word>[A-Za-z]+)s\s+(?P<others>(?:[IVXL]+(?:,\s*|,?\s+(?:and|or|to)\s+))*)$")
+"""A word in the plural and numerals behind it, before another."""
+_NEXT = re.compile(r"(?:,|,?\s+(?:and|or|to))\s+[IVXL]{2,}(?!\w)")
+
+
+def _counted_together(match: re.Match[str], place: Place) -> str:
+    """The word that counts several numerals, as *war* in *World Wars I and II*; empty where there is none."""
+    row = _ROW.search(match.string[max(match.start() - 40, 0) : match.start()])
+    if row is None or row["word"].lower() not in _NUMBERED:
+        return ""
+    pronoun = match["numeral"] == "I" and not row["others"] and not _NEXT.match(place.after)
+    return "" if pronoun else row["word"]
+
+
+def _numeral(match: re.Match[str], place: Place, text: str, value: int) -> list[str] | None:
+    """A numeral as a number or a rank, by the word before it; None where it is none."""
+    before = place.before
     number, listed = numbers.cardinal(value, place.british), re.match(r"\)|\.\s+\S", place.after)
     if before.lower().rstrip(".") in _NUMBERED:
         lone = text == "I" and not (before.lower() == "war" or _GOES_ON.match(place.after))
@@ -222,13 +261,12 @@ def roman(match: re.Match[str], place: Place) -> list[str] | None:
         return None
     if match[0].islower() or (listed and not before) or (before.isupper() and len(before) > 1 and not place.shouting):
         return number
-    if not before[:1].isupper() or (place.shouting and (len(text) < 3 or _has(text.lower()))):
+    if not before[:1].isupper() or before in _STARTERS or (place.shouting and (len(text) < 3 or _has(text.lower()))):
         return None
     return ["the", *numbers.ordinal(value, place.british)]
 
 
 _DAYS = "mon(?:day)?|tue(?:s(?:day)?)?|wed(?:nesday)?|thu(?:r(?:s(?:day)?)?)?|fri(?:day)?|sat(?:urday)?|sun(?:day)?"
-_MONTHS = "|".join(f"{month[:3]}(?:{month[3:]})?" for month in MONTHS) + "|sept"
 SPAN = re.compile("|".join(rf"(?P<{name}1>{days})\.?[-\u2013](?P<{name}2>{days})(?![\w-])"
                            for name, days in (("day", _DAYS), ("month", _MONTHS))), re.IGNORECASE)
 _FULL = {day[:3]: day for day in word_set("monday tuesday wednesday thursday friday saturday sunday") | set(MONTHS)}
@@ -320,7 +358,7 @@ def _word(text: str, place: Place) -> list[str] | None:
 
 def _is_spelt(low: str) -> bool:
     """Whether letters in lower case are an acronym: no word begins so, and no sound such as *shh* is drawn out."""
-    return not _readable(low) and low not in _SOUNDS and not re.search(r"(.)\1", low)
+    return low.isalpha() and not _readable(low) and low not in _SOUNDS and not re.search(r"(.)\1", low)
 
 
 def _acronym(low: str) -> list[str]:
@@ -336,7 +374,7 @@ def _single(letter: str, place: Place) -> str:
     if letter in ("i", "I"):
         return "i"
     if letter == "a":
-        return "a"
+        return "A" if place.after[:1] == ")" and not place.before else "a"
     if letter == "A":
         ends = r"\s*$|[.,;:!?)/&+-]|['\u2019]s" if place.shouting else (
             r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)/&+-]|['\u2019]s")

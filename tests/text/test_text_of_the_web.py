@@ -222,3 +222,59 @@ def test_the_letter_i_as_number_pronoun_and_initial() -> None:
         ("World War I. Part I.", "world war one. part one."),
         ("the King Arthur I know", "the king arthur i know"),
     ])
+
+
+def test_roman_numerals_of_rulers_in_rows_and_of_centuries() -> None:
+    same([
+        ("King Charles III's coronation, Philip II's army",
+         "king charles the third's coronation, philip the second's army"),
+        ("Henry V was king, Malcolm X was not", "henry the fifth was king, malcolm X was not"),
+        ("World Wars I and II", "world wars one and two"),
+        ("Parts I, II and III", "parts one, two and three"),
+        ("the books I and my wife read, the wars I saw", "the books i and my wife read, the wars i saw"),
+        ("The IV fell out. The XX century, the XIXth century",
+         "the I V fell out. the twentieth century, the nineteenth century"),
+        ("Act I Scene II", "act one scene two"),
+        ("No. I did not. No. IV and No. 5", "no. i did not. number four and number five"),
+    ])
+
+
+def test_amounts_of_several_units() -> None:
+    same([
+        ("1h 30m, 1h30m, 2h30, 5m 30s", "one hour thirty minutes, one hour thirty minutes, two hours thirty minutes, "
+                                        "five minutes thirty seconds"),
+        ("in 1 hr. 20 min. we go, a 2 min 30 sec clip",
+         "in one hour twenty minutes we go, a two minute thirty second clip"),
+        ("5 lb 3 oz, 5 kg 200 g, 2 m 5 cm",
+         "five pounds three ounces, five kilograms two hundred grams, two meters five centimeters"),
+        ("45s, the '45s and the 80s", "forty five seconds, the forty fives and the eighties"),
+        ("24 hrs/day", "twenty four hours per day"),
+        ("min. 5", "minimum five"),
+    ])
+
+
+def test_marks_mixed_numbers_and_years_of_two_digits() -> None:
+    same([
+        ("a 9/10, 85/100", "a nine out of ten, eighty five out of one hundred"),
+        ("9/10 of them, 1/10, 1/1000", "nine tenths of them, one tenth, one over one thousand"),
+        ("1-1/2 cups", "one and one half cups"),
+        ("2008-09, 1999-00, 1914-18", "two thousand eight to oh nine, nineteen ninety nine to two thousand, "
+                                      "nineteen fourteen to eighteen"),
+        ("class of '06", "class of oh six"),
+        ("$-5, -$5", "minus five dollars, minus five dollars"),
+        ("5 +/- 2", "five plus or minus two"),
+        ("0800 hours, 0835 hrs", "oh eight hundred hours, oh eight thirty five hours"),
+        ("01-May-2020", "the first of may twenty twenty"),
+        ("+33 1 23 45 67 89", "plus three three, one, two three, four five, six seven, eight nine"),
+        ("1.800.555.1234", "one, eight zero zero, five five five, one two three four"),
+    ])
+    assert said("at 10.30 or at 10.30 km", "en_gb") == "at ten thirty or at ten point three zero kilometers"
+    assert said("at 10.30") == "at ten point three zero"
+
+
+def test_short_days_letters_of_lists_and_elisions() -> None:
+    same([
+        ("Sat 5 May, on Fri. The cat sat", "saturday the fifth of may, on friday. the cat sat"),
+        ("(a) this or a) that", "A, this or a, that"),
+        ("D'you know", "do you know"),
+    ])
