@@ -9,8 +9,8 @@ import numpy as np
 
 from dnnvss.corpus.utterance import Utterance
 from dnnvss.phones import SHORT_PAUSE, SILENCE
-from dnnvss.text.sentence import Word, spoken_words
-from dnnvss.text.tree import linguistic_tree
+from dnnvss.text.sentence import Word
+from dnnvss.text.tree import linguistic_tree, phrase_ends
 
 SHORTEST = 0.01
 """Seconds below which no phone and no pause is believed or made."""
@@ -27,20 +27,22 @@ class Pauses:
 
 
 def usual_pauses(utterances: Iterable[Utterance]) -> Pauses:
-    """Return the pauses that the corpus makes after each kind of break, defaults where it has fewer than five."""
+    """Return the pauses that the corpus makes after each kind of break.
+
+    Defaults after punctuation where it has fewer than five, or a pause after fewer than half of them.
+    """
     seen: dict[bool, list[tuple[str, float]]] = {False: [], True: []}
     for utterance in utterances:
-        punctuated = dict(enumerate(b for _, b in spoken_words(utterance.text)))
+        ends = phrase_ends(utterance.alignment, utterance.text)
         tree = linguistic_tree(utterance.alignment, utterance.text)
         segments = list(utterance.alignment["phones"])
         spoken = np.flatnonzero(tree.word >= 0)
-        agree = tree.words == len(punctuated)
         for a, b in pairwise(spoken):
             if tree.word[a] == tree.word[b]:
                 continue
             between = segments[a + 1 : b]
             label = SILENCE if any(s.label == SILENCE for s in between) else SHORT_PAUSE if between else ""
-            seen[bool(agree and punctuated[int(tree.word[a])])].append((label, sum(s.duration for s in between)))
+            seen[bool(ends[a])].append((label, sum(s.duration for s in between)))
     return Pauses(_usual(seen[False], None), _usual(seen[True], _DEFAULT_PAUSES["minor"]),
                   _usual(seen[True], _DEFAULT_PAUSES["major"], 1.6))
 

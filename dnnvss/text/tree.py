@@ -89,6 +89,17 @@ def linguistic_tree(alignment: Alignment, text: str) -> LinguisticTree:
     return _counted(syllable, word, phrase, np.array([label in VOWELS for label in labels]), stress)
 
 
+def phrase_ends(alignment: Alignment, text: str) -> np.ndarray:
+    """Return for each segment of the tier ``phones`` whether punctuation of the text ends a phrase after its word (N,).
+
+    Words of text and tier are matched in order, so that words that only one of them has (*a hundred and one* of *101*)
+    change nothing elsewhere.
+    """
+    labels = alignment["phones"].labels
+    owner = _owners(alignment, np.array([label not in SILENCES for label in labels]))
+    return np.isin(owner, sorted(_punctuated(alignment["words"].labels, text)))
+
+
 def _owners(alignment: Alignment, spoken: np.ndarray) -> np.ndarray:
     """Return for each phone the index (N,) of its segment in the words tier by its midpoint, -1 for silence.
 

@@ -11,7 +11,7 @@ from dnnvss.phones import SILENCES, VOWELS
 from dnnvss.speech.duration_contexts import context_matrix, spoken_contexts
 from dnnvss.speech.durations import DurationModel
 from dnnvss.speech.durations_scores import score_durations
-from dnnvss.speech.pauses import SHORTEST
+from dnnvss.speech.pauses import SHORTEST, usual_pauses
 from dnnvss.speech.time_line import stretched
 from dnnvss.text.sentence import parse
 from dnnvss.timing import Alignment, Tier
@@ -92,6 +92,17 @@ def test_pauses_come_from_punctuation_corpus_and_text(model: DurationModel) -> N
     assert paused.pauses.minor == ("sp", pytest.approx(0.25)) and paused.pauses.none is None
     slow = model.predict(parse("no [pause 700ms] news"), rate=0.5)
     assert [s.duration for s in slow["phones"] if s.label == "sp"] == [pytest.approx(0.7)]
+
+
+def test_pauses_are_found_where_text_and_tier_count_their_words_differently() -> None:
+    def british(seed: int) -> Utterance:
+        """*101* in the text, *one hundred and one* in the tiers, and a pause of 250 ms after the comma."""
+        made = spoken("we met one hundred and one bees, at noon", seed)
+        return Utterance(made.id, "we met 101 bees, at noon", made.alignment)
+
+    found = usual_pauses([british(seed) for seed in range(6)])
+    assert found.minor == ("sp", pytest.approx(0.25)) and found.none is None
+    assert found.major == ("sp", pytest.approx(0.4))
 
 
 def test_pauses_at_the_ends_of_a_text_are_added_to_the_silence(model: DurationModel) -> None:
