@@ -9,9 +9,9 @@ from dnnvss.evaluation.choice import Choice
 from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.run import evaluate_fitted
 from dnnvss.evaluation.videos import write_samples
-from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import Material, encode, gather, keep
+from dnnvss.runs.headlines import read_headlines
 from dnnvss.runs.run import Run
 from dnnvss.runs.settings import RunSettings
 from dnnvss.systems import VisualModel
@@ -62,6 +62,5 @@ def finished(folder: Path, material: Material, model: VisualModel, choice: Choic
 def told(places: RunFiles) -> float:
     """Print what a finished run was worth and return its headline."""
     print(f"{places.folder} is finished; overwrite=true trains it anew\n")
-    remedy = "Train the run anew: overwrite=true"
-    print(files.read_text(places.page, remedy))
-    return read_value(places.metrics, "headline", float, remedy)
+    print(files.read_text(places.page, "Train the run anew: overwrite=true"))
+    return read_headlines(places.metrics).test

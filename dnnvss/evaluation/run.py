@@ -2,7 +2,7 @@
 
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,19 @@ LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_
 """Metrics of the second table: what correlation does not see."""
 
 Trajectories = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What is known without the test split, by which runs are chosen.
+
+    Args:
+        headline: the correlation over speech.
+        sentences: the ids of the sentences that it is of.
+    """
+
+    headline: float
+    sentences: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -112,12 +125,34 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator,
                     company=tuple(settings.heard_with))
     if not material.folds:
         parts = [Part(generator, material.examples, material.other_tests())]
-        return evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)
+        known = validated(generator, material.examples["val"], face)
+        return evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps, known)
     parts = list(unheard_parts(material, RunFiles(folder).parts, without))
     notes = [f"each said by a system that was trained without it, in {material.folds} parts", *notes]
     found = evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)
     shutil.rmtree(RunFiles(folder).parts, ignore_errors=True)
     return found
+
+
+def validated(generator: Generator, examples: Sequence[Example], face: Face) -> Validation:
+    """What a system is worth on validation sentences, by plain MLPG and the metric of the headline.
+
+    Args:
+        generator: the fitted system.
+        examples: the validation split; no test sentence is among them.
+        face: what the trajectories move.
+    """
+    references, speech, valid = _measured(generator.task, examples, face)
+    report = evaluate({"model": _generated(generator, examples, PLAIN)}, references, speech=speech, valid=valid,
+                      first=leading(face))
+    return Validation(report.headline("model"), tuple(e.id for e in examples))
+
+
+def _measured(task: Task, examples: Sequence[Example], face: Face) -> tuple[Trajectories, Trajectories, Trajectories]:
+    """What examples are measured against: references of what moves, frames of speech, frames that were measured."""
+    speech = {e.id: speech_frames(e.alignment, task.clock) for e in examples}
+    valid = {e.id: e.measured[1] for e in examples}
+    return ({e.id: moving(face, e.measured[0][:, 0], speech[e.id] & valid[e.id]) for e in examples}, speech, valid)
 
 
 def unheard_parts(material: Material, folder: Path,
@@ -137,7 +172,8 @@ def unheard_parts(material: Material, folder: Path,
 
 def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face, styles: Mapping[str, Style],
                  notes: Sequence[str] = (), judge: Callable[[Report], Verdict] | None = None,
-                 left_out: Mapping[str, tuple[int, int]] | None = None) -> Evaluation:
+                 left_out: Mapping[str, tuple[int, int]] | None = None,
+                 validation: Validation | None = None) -> Evaluation:
     """The evaluation of a model beside the null models; predictions, tables and figures go into the run folder.
 
     Args:
@@ -149,6 +185,8 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
         notes: what else the reader of the page has to know; the first goes into its title.
         judge: makes a verdict of the table; none is given where it is None.
         left_out: test sentences to the frames of theirs that no score uses, and all of them.
+        validation: by which runs are chosen; where None, that is the table itself: sentences were left out in turn, and
+            there is no test split.
     """
     task, places = parts[0].generator.task, RunFiles(folder)
     test = [e for part in parts for e in part.examples["test"]]
@@ -158,15 +196,16 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
         for name, own in _said(part, styles, folder).items():
             predicted.setdefault(name, {}).update(own)
     references = {e.id: e.measured[0][:, 0] for e in test}
-    masks = {"speech": {e.id: speech_frames(e.alignment, task.clock) for e in test},
-             "valid": {e.id: e.measured[1] for e in test}}
+    seen, speech, valid = _measured(task, test, face)
+    masks = {"speech": speech, "valid": valid}
     outputs = {"predicted": predicted["model"], "reference": references, **masks,
                **{f"predicted_{name}": predicted[_row(name)] for name in styles},
                **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others}}
     for name, arrays in outputs.items():
         files.write_arrays(places.prediction(name), **arrays)
-    seen = {i: moving(face, x, masks["speech"][i] & masks["valid"][i]) for i, x in references.items()}
-    report = evaluate(predicted, seen, speech=masks["speech"], valid=masks["valid"], first=leading(face))
+    report = evaluate(predicted, seen, speech=speech, valid=valid, first=leading(face))
+    known = validation or Validation(report.headline("model"), tuple(e.id for e in test))
+    chosen = [] if validation is None else [_chosen_by(validation)]
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
     lively = compare(make_bench(task, test, face), {n: p for n, p in predicted.items() if n != "training mean"},
@@ -176,16 +215,18 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
     line, unseen = _unseen_words(folder, task, parts, predicted, references, masks)
     judged = judge(report) if judge else None
     pages = [title, *([judged.markdown()] if judged else []), *notes[1:],
-             *filter(None, [face_kind(face.kind).lacks]), report.markdown(),
+             *filter(None, [face_kind(face.kind).lacks]), report.markdown(), *chosen,
              *_gaps(left_out or {}), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
              *lively.gaps, about, *unseen, corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     attempted("figures of coefficients",
               lambda: _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()}))
-    numbers = {**report.to_json(), "left_out": {i: list(own) for i, own in (left_out or {}).items()},
+    numbers = {**report.to_json(), "validation": asdict(known),
+               "left_out": {i: list(own) for i, own in (left_out or {}).items()},
                "liveliness": _plain(lively), "calibration": _calibration(folder, parts),
                "verdict": list(judged.lines) if judged else []}
-    return Evaluation(report, numbers, "\n\n".join([title, report.table(), aligned(head, rows), *line]), judged)
+    text = "\n\n".join([title, report.table(), *chosen, aligned(head, rows), *line])
+    return Evaluation(report, numbers, text, judged)
 
 
 def _said(part: Part, styles: Mapping[str, Style], folder: Path) -> dict[str, Trajectories]:
@@ -199,6 +240,12 @@ def _said(part: Part, styles: Mapping[str, Style], folder: Path) -> dict[str, Tr
         system.fit(examples["train"], examples["val"], folder)
         said[name] = _generated(Generator(task, system, generator.talker), test, PLAIN)
     return said
+
+
+def _chosen_by(validation: Validation) -> str:
+    """What the page says of the validation split."""
+    return (f"On the validation split, by which runs are chosen ({len(validation.sentences)} sentences): correlation "
+            f"{number(validation.headline)}.")
 
 
 def _gaps(left_out: Mapping[str, tuple[int, int]]) -> list[str]:
@@ -221,7 +268,7 @@ def _row(style: str) -> str:
     return f"model, {style}"
 
 
-def _generated(generator: Generator, examples: list[Example], style: Style) -> Trajectories:
+def _generated(generator: Generator, examples: Sequence[Example], style: Style) -> Trajectories:
     return {e.id: generator(e, style) for e in examples}
 
 

@@ -1,12 +1,13 @@
 """Which of several runs speaks where none is named: the one that measured best with what is given."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from dnnvss.errors import DnnvssError
-from dnnvss.records import read_value
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.headlines import Headlines, read_headlines
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.talkers import run_folders
 from dnnvss.systems import VisualModel
@@ -29,16 +30,14 @@ class Candidate:
     Args:
         folder: of the run.
         settings: that it was trained with.
-        headline: its correlation on the test split.
+        headlines: what it was worth.
         corpus: the fingerprint of what it was trained on.
-        sentences: that the correlation is of: a small corpus is left out in turn, as a whole.
     """
 
     folder: Path
     settings: RunSettings
-    headline: float
+    headlines: Headlines
     corpus: str
-    sentences: tuple[str, ...]
 
     @property
     def needs(self) -> frozenset[str]:
@@ -51,10 +50,15 @@ class Candidate:
         return self.settings.task.table.needs | own
 
     @property
+    def worth(self) -> float:
+        """What it is chosen by."""
+        return self.headlines.validation
+
+    @property
     def measured(self) -> tuple[Any, ...]:
         """What was measured on: headlines of runs that agree in it can be compared."""
         face = self.settings.face, self.settings.aam if self.settings.face["kind"] == "aam" else None
-        return self.corpus, self.settings.split, face, self.sentences
+        return self.corpus, self.settings.split, face, self.headlines.sentences
 
     @property
     def noise_alters_it(self) -> bool:
@@ -69,11 +73,12 @@ class Candidate:
 
 
 def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tuple[Path, str]:
-    """The run with the highest correlation on the test split among those that can be compared.
+    """The run with the highest correlation on the validation split among those that can be compared.
 
-    These are the runs of the corpus, split, face and test sentences of the run that ended last, as far
-    as they need no more than is given. Of runs that differ by no more than .005 those come first that noise
-    alters little: they were trained in it (``trainer.altered``), or do not listen.
+    These are the runs of the corpus, split, face and validation sentences of the run that ended last, as far as they
+    need no more than is given; what they were worth on the test split chooses nothing. Runs that keep no such
+    correlation are not compared: where the last one is of these, it speaks. Of runs that differ by no more than .005
+    those come first that noise alters little: they were trained in it (``trainer.altered``), or do not listen.
 
     Args:
         runs: a folder of run folders.
@@ -96,13 +101,17 @@ def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tu
                           remedy='Add text="...", or train a run that listens: python train.py labels=mel'
                           if given == HEARD else "Name a run with run=")
     same = [candidate for candidate in able if candidate.measured == able[0].measured]
-    most = max(candidate.headline for candidate in same)
-    alike = [candidate for candidate in same if candidate.headline >= most - _ALIKE]
-    best = max(alike, key=lambda candidate: (not candidate.noise_alters_it, candidate.headline))
+    ranked = [candidate for candidate in same if not math.isnan(candidate.worth)]
     if len(found) == 1:
-        return best.folder, ""
+        return able[0].folder, ""
+    if not ranked:
+        return able[0].folder, (f"{able[0].title}, the last run; it keeps no correlation on the validation split to "
+                                "compare it by, overwrite=true trains it anew")
+    most = max(candidate.worth for candidate in ranked)
+    alike = [candidate for candidate in ranked if candidate.worth >= most - _ALIKE]
+    best = max(alike, key=lambda candidate: (not candidate.noise_alters_it, candidate.worth))
     noise = ", trained in noise too" if "sound" in best.needs and not best.noise_alters_it else ""
-    return best.folder, f"{best.title}, correlation {best.headline:.3f} on the test split{noise}: {_among(same, given)}"
+    return best.folder, f"{best.title}, correlation {best.worth:.3f} in validation{noise}: {_among(ranked, given)}"
 
 
 def _of(talker: str | None, found: list[Candidate], runs: Path) -> list[Candidate]:
@@ -148,9 +157,7 @@ def _candidate(folder: Path) -> Candidate:
     places = RunFiles(folder)
     settings = RunSettings.load(folder)
     settings.task.table  # noqa: B018  (labels that this version does not know are told here)
-    headline: float = read_value(places.metrics, "headline", float, _REMEDY)
-    sentences = read_value(places.metrics, "systems.model.sentences", list, _REMEDY)
-    return Candidate(folder, settings, headline, places.written().corpus, tuple(sorted(map(str, sentences))))
+    return Candidate(folder, settings, read_headlines(places.metrics), places.written().corpus)
 
 
 def _tried(folder: Path) -> Candidate | DnnvssError:

@@ -38,10 +38,10 @@ from dnnvss.formats import (
     write_openface,
     write_pts,
 )
-from dnnvss.records import read_value
 from dnnvss.render.neutral import Neutral
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.headlines import read_headlines
 from dnnvss.runs.run import Run, _opened, _tried, make_model
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
@@ -232,7 +232,7 @@ def _run(folder: Path) -> dict[str, Input]:
     model.fit(examples[:3], examples[3:], folder)
     Run.save(folder, settings.task, model)
     files.write_json(places.provenance, {"dnnvss": __version__, "corpus": "abc"})
-    files.write_json(places.metrics, {"headline": 0.8, "systems": {"model": {"sentences": ["u0"]}}})
+    files.write_json(places.metrics, {"headline": 0.8, "validation": {"headline": 0.7, "sentences": ["u0"]}})
     reference = rng.normal(size=(30, 3))
     for kind, rows in (
         ("reference", reference),
@@ -255,7 +255,7 @@ def _run(folder: Path) -> dict[str, Input]:
         "run json": Input(places.provenance, lambda _: (places.written(), RunSettings.load(folder))),
         "model": Input(places.model, lambda p: _tried(p, _opened(p, settings), settings)),
         "model as arrays": Input(arrays, lambda p: _tried(p, _opened(p, settings), settings)),
-        "metrics": Input(places.metrics, lambda p: read_value(p, "headline", float, "Train anew")),
+        "metrics": Input(places.metrics, read_headlines),
         "reference": Input(places.prediction("reference"), lambda _: read_run(folder)),
         "speech": Input(places.prediction("speech"), lambda _: read_run(folder)),
         "bundle json": Input(RunFiles(bundle).index, lambda _: BundleIndex.load(bundle).check(bundle)),

@@ -31,6 +31,7 @@ from dnnvss.media import read_audio, read_video, video_info
 from dnnvss.phones import BILABIALS
 from dnnvss.runs.bundle import BundleIndex
 from dnnvss.runs.bundling import write_bundle
+from dnnvss.runs.fitting import encode
 from dnnvss.runs.run import Run
 from dnnvss.style import read_keys, write_keys
 from dnnvss.style.rules import phone_frames
@@ -38,6 +39,7 @@ from dnnvss.synthesis import outputs
 from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.speak import replace_unseen
 from dnnvss.synthesis.speak import speak as speak_purely
+from dnnvss.systems.examples import make_examples, speech_frames
 from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.plain_network import PlainNetwork
 from dnnvss.timing import Alignment, FrameClock, Tier
@@ -80,6 +82,26 @@ def test_run_folder_holds_what_synthesis_and_reader_need(home: Path) -> None:
     assert lively["model, articulated"]["gv_ratio"] > lively["model"]["gv_ratio"]
     assert {"truth", "truth + 40 ms", "mean"} <= set(lively)
     assert "closure recall" in (home / "runs" / "ph" / "metrics.md").read_text()
+
+
+def test_a_run_keeps_what_it_is_worth_on_the_validation_split(home: Path) -> None:
+    """The number by which runs are chosen, recomputed by NumPy's correlation; no test sentence is among its own."""
+    run, corpus = Run.open(home / "runs" / "ph"), Corpus.open(home / "demo")
+    kept = files.read_json(home / "runs" / "ph" / "metrics.json")
+    sentences = corpus.split("val")
+    assert kept["validation"]["sentences"] == [u.id for u in sentences] and kept["validation"]["sentences"]
+    assert not set(kept["validation"]["sentences"]) & set(kept["systems"]["model"]["sentences"])
+    encoded = encode(run.settings, corpus)
+    found = []
+    for e in make_examples(run.settings.task, corpus, sentences, encoded):
+        targets, valid = e.measured
+        spoken = speech_frames(e.alignment, run.settings.task.clock) & valid
+        said = run.model.predict(e)
+        curves = np.asarray(mlpg(said.mean, said.variance, run.settings.task.windows))
+        found.append([np.corrcoef(targets[spoken, 0, d], curves[spoken, d])[0, 1] for d in range(5)])
+    assert kept["validation"]["headline"] == pytest.approx(np.mean(found), abs=1e-4)
+    assert (f"({len(sentences)} sentences): correlation {kept['validation']['headline']:.3f}"
+            in (home / "runs" / "ph" / "metrics.md").read_text())
 
 
 def test_finished_run_is_reported_and_not_trained_again(home: Path, capsys: pytest.CaptureFixture[str]) -> None:

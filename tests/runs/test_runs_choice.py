@@ -9,18 +9,18 @@ from conftest import composed
 from dnnvss import files
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.errors import DnnvssError
-from dnnvss.runs.choice import HEARD, SPOKEN, best_run
+from dnnvss.runs.choice import HEARD, SPOKEN, best_run, finished_runs
 from dnnvss.runs.files import RunFiles
 
 
 def finished(runs: Path, name: str, headline: float, age: int, *given: str, corpus: str = "c",
-             tested: tuple[str, ...] = ("a", "b")) -> Path:
-    """A folder that looks like a finished run of ``headline`` that ended ``age`` seconds ago."""
+             tested: tuple[str, ...] = ("a", "b"), test: float | None = 0.5) -> Path:
+    """A folder that looks like a finished run that ended ``age`` seconds ago, worth ``headline`` in validation."""
     settings = run_settings(composed("train", "model=feedforward", *given))
     places = RunFiles(files.make_folder(runs / name))
     settings.write(places.folder)
     files.write_json(places.provenance, {"dnnvss": "", "corpus": corpus})
-    files.write_json(places.metrics, {"headline": headline, "systems": {"model": {"sentences": list(tested)}}})
+    files.write_json(places.metrics, {"headline": test, "validation": {"headline": headline, "sentences": tested}})
     os.utime(places.metrics, (1e9 - age, 1e9 - age))
     return places.folder
 
@@ -38,9 +38,9 @@ def runs(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("given, name, why", [
-    (SPOKEN | HEARD, "better", "labels=ph_dv model=feedforward, correlation 0.900 on the test split: the best of 4"),
+    (SPOKEN | HEARD, "better", "labels=ph_dv model=feedforward, correlation 0.900 in validation: the best of 4"),
     (SPOKEN, "better", "the best of 2 runs on its corpus"),
-    (HEARD, "sound", "model=feedforward, correlation 0.700 on the test split: the last run that needs no text")])
+    (HEARD, "sound", "model=feedforward, correlation 0.700 in validation: the last run that needs no text")])
 def test_the_best_run_of_the_last_corpus_that_does_with_what_is_given(
         runs: Path, given: frozenset[str], name: str, why: str) -> None:
     folder, told = best_run(runs, given)
@@ -100,3 +100,33 @@ def test_phones_need_no_noise_in_training(tmp_path: Path) -> None:
     finished(tmp_path, "phones", 0.897, 2)
     folder, told = best_run(tmp_path, SPOKEN | HEARD)
     assert folder.name == "phones" and "noise" not in told
+
+
+def test_the_test_split_chooses_nothing(tmp_path: Path) -> None:
+    finished(tmp_path, "tests_well", 0.8, 1, test=0.99)
+    finished(tmp_path, "better", 0.81, 2, test=0.1)
+    finished(tmp_path, "nothing_moved", 0.82, 3, test=None)
+    assert best_run(tmp_path, SPOKEN)[0].name == "nothing_moved"
+    assert [c.headlines.validation for c in finished_runs(tmp_path)] == [0.8, 0.81, 0.82]
+
+
+def test_runs_without_a_validation_headline_are_not_compared(tmp_path: Path) -> None:
+    for name, age in (("new", 1), ("as_good", 2), ("old", 3)):
+        finished(tmp_path, name, {"new": 0.8, "as_good": 0.9, "old": 0.95}[name], age, test=0.9)
+    files.write_json(tmp_path / "old" / "metrics.json", {"headline": 0.99})
+    os.utime(tmp_path / "old" / "metrics.json", (1e9 - 3, 1e9 - 3))
+    assert best_run(tmp_path, SPOKEN)[0].name == "as_good"
+    os.utime(tmp_path / "old" / "metrics.json", (1e9, 1e9))
+    folder, told = best_run(tmp_path, SPOKEN)
+    assert folder.name == "old" and "the last run; it keeps no correlation on the validation split" in told
+
+
+@pytest.mark.parametrize("metrics, told", [
+    ({}, "headline is missing"), ({"headline": "high"}, "headline is"),
+    ({"headline": 0.5, "validation": 3}, "validation"),
+    ({"headline": 0.5, "validation": {"headline": True, "sentences": []}}, r"validation\.headline")])
+def test_damaged_metrics_are_named(tmp_path: Path, metrics: dict[str, object], told: str) -> None:
+    finished(tmp_path, "run", 0.8, 1)
+    files.write_json(tmp_path / "run" / "metrics.json", metrics)
+    with pytest.raises(DnnvssError, match=rf"metrics\.json.*{told}|{told}"):
+        best_run(tmp_path, SPOKEN)

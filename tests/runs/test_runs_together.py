@@ -95,7 +95,7 @@ def test_a_talker_is_found_by_name(tmp_path: Path) -> None:
     folder = tmp_path / "runs" / "both"
     begin_together(folder, {name: folder / f"{name}-1" for name in ("ann", "bob")}, overwrite=False)
     of("ann").write(files.make_folder(folder / "ann-1"))
-    files.write_json(RunFiles(folder / "ann-1").metrics, {"headline": 0.5, "systems": {"model": {"sentences": ["u0"]}}})
+    files.write_json(RunFiles(folder / "ann-1").metrics, {"headline": 0.5})
     files.write_json(RunFiles(folder / "ann-1").provenance, {"corpus": "aaaa"})
     assert is_together(folder) and talker_run(folder, "ann") == folder / "ann-1"
     assert [candidate.folder for candidate in finished_runs(tmp_path / "runs")] == [folder / "ann-1"]

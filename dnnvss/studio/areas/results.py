@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnnvss.records import read_value
+from dnnvss.evaluation.report import number
 from dnnvss.runs.files import RunFiles
+from dnnvss.runs.headlines import read_headlines
 from dnnvss.studio.areas.area import Area, Item, Link
 from dnnvss.studio.areas.documents import documents, there
 from dnnvss.studio.areas.places import Thing, found
@@ -33,12 +34,14 @@ def _item(thing: Thing) -> Item:
     if not places.finished:
         links = tuple(link for link in _BESIDE if there(thing.folder, (link.path,)))
         return Item(thing.name, thing.name, str(thing.folder), {}, links, "comparison")
-    headline = read_value(places.metrics, "headline", float, "Train the run anew: overwrite=true")
+    headlines = read_headlines(places.metrics)
+    facts = {"correlation on the test split": number(headlines.test)}
+    if headlines.sentences:
+        facts["in validation"] = number(headlines.validation)
     films = tuple(Link(f"Sentence {path.stem}", f"videos/{path.name}", "film")
                   for path in sorted((thing.folder / "videos").glob("*.mp4"))[:6])
     own = tuple(link for link in _OWN if there(thing.folder, (link.path,)))
-    return Item(thing.name, thing.name, str(thing.folder), {"correlation on the test split": f"{headline:.3f}"},
-                (*own, *films), FINISHED)
+    return Item(thing.name, thing.name, str(thing.folder), facts, (*own, *films), FINISHED)
 
 
 def _page(thing: Thing) -> Page:

@@ -1,6 +1,7 @@
 """What the page and the service do: runs, takes, uploads, and the routes to them; the work is done by workers."""
 
 import asyncio
+import math
 import os
 import platform
 import sys
@@ -180,7 +181,7 @@ class SpeakingDesk:
             {
                 "name": c.folder.name,
                 "title": c.title,
-                "correlation": round(c.headline, 3),
+                "correlation": None if math.isnan(test := c.headlines.test) else round(test, 3),
                 "face": str(c.settings.face["kind"]),
                 "listens": "sound" in c.needs,
                 "reads": bool(c.needs & {"phones", "words"}),

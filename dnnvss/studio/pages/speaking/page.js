@@ -373,7 +373,7 @@ addEventListener('keydown', event => { if ((event.ctrlKey || event.metaKey) && e
 async function load() {
   const found = await get('/v1/runs');
   state.runs = found.runs;
-  options($('run'), found.runs.map(run => [run.name, `${run.name} (${run.correlation.toFixed(3)})`]), $('run').value || found.runs[0]?.name);
+  options($('run'), found.runs.map(run => [run.name, `${run.name} (${run.correlation?.toFixed(3) ?? '–'})`]), $('run').value || found.runs[0]?.name);
   options($('style'), found.styles.map(name => [name, name]), $('style').value || found.styles[0]);
   options($('beside'), [['', 'nothing'], ...found.styles.map(name => [`style:${name}`, `style ${name}`]), ...found.runs.map(run => [`run:${run.name}`, run.name])], '');
   $('setup').hidden = found.runs.length > 0; $('whose').hidden = !found.runs.length; $('form').hidden = $('stage').hidden = $('how').hidden = !found.runs.length;
