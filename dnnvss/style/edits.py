@@ -151,7 +151,9 @@ def changes_of(
         difference = np.where(
             np.abs(difference) > _SAME * max(float(np.abs(told[own]).max()), 1e-9), difference, 0
         )
-        for gauge, share in moves.get(own, {own: 1.0}).items():
+        if own not in moves and own in wanted:  # a curve that is shown as 0 below 0 is wanted where it was put
+            wanted[own] = np.where(difference != 0, track, wanted[own])
+        for gauge, share in moves.get(own, {}).items():
             if gauge in wanted:
                 wanted[gauge] += share * difference
     if not known:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -202,12 +203,11 @@ def silent_frames(
 ) -> np.ndarray:
     """Return (T,) bool, the frames of silence less ``release`` seconds after speech and ``anticipation`` before it."""
     mask = np.zeros(frames, dtype=bool)
-    for i, segment in enumerate(tier):
-        if segment.label in SILENCES:
-            start = segment.start + (release if i and tier[i - 1].label not in SILENCES else 0.0)
-            spoken_next = i + 1 < len(tier) and tier[i + 1].label not in SILENCES
-            end = segment.end - (anticipation if spoken_next else 0.0)
-            if end > start:
-                first, last = clock.edges(np.array([start, end]) - tier.start)
-                mask[max(first, 0) : last] = True
+    for silent, row in groupby(tier, key=lambda segment: segment.label in SILENCES):
+        segments = list(row)  # a short pause and a silence behind it are one
+        start = segments[0].start + (release if segments[0] is not tier[0] else 0.0)
+        end = segments[-1].end - (anticipation if segments[-1] is not tier[-1] else 0.0)
+        if silent and end > start:
+            first, last = clock.edges(np.array([start, end]) - tier.start)
+            mask[max(first, 0) : last] = True
     return mask

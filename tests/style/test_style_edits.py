@@ -60,6 +60,14 @@ def test_changes_are_what_differs_from_what_is_said_now() -> None:
     assert found[0].wanted[3] == pytest.approx(10 * NOW[3] + 4.0)
 
 
+def test_a_curve_that_is_shown_as_0_below_0_is_wanted_where_it_was_put() -> None:
+    """Rounding is exported as 0 where the mouth is wide: 0.3 there is 0.3, not 0.3 above what it was."""
+    own = np.array([-0.4, -0.4, 0.2, 0.2])
+    shown, edited = np.maximum(own, 0), np.array([0.3, 0.0, 0.2, 0.0])
+    (found,) = changes_of({"rounding": edited}, {"rounding": shown}, {"rounding": own}, {})
+    assert found.wanted.tolist() == [0.3, -0.4, 0.2, 0.0]
+
+
 def test_curves_of_something_else_are_told() -> None:
     with pytest.raises(DnnvssError, match="none of the curves smile is known"):
         changes_of({"smile": NOW}, {"open": NOW}, {"open": NOW}, {})

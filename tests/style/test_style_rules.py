@@ -81,6 +81,14 @@ def test_silence_less_anticipation_and_release():
     assert np.flatnonzero(mask).tolist() == [*range(15), *range(65, 80)]
 
 
+def test_silences_beside_each_other_are_one():
+    """A short pause and a silence: 0.15 s after speech and before it are free, wherever the edge between them lies."""
+    split = Tier("phones", [(0, 0.5, "AA"), (0.5, 0.55, "sp"), (0.55, 1, "sil"), (1, 1.05, "sp"), (1.05, 1.3, "AA")])
+    whole = Tier("phones", [(0, 0.5, "AA"), (0.5, 1.05, "sil"), (1.05, 1.3, "AA")])
+    free = [np.flatnonzero(silent_frames(tier, FrameClock(100), 130, 0.15, 0.15)).tolist() for tier in (split, whole)]
+    assert free[0] == free[1] == list(range(65, 90))
+
+
 def test_rest_is_reached_in_silence_and_nowhere_else():
     mean, variance = prediction()
     rest = np.array([3.0, -3.0])
