@@ -11,11 +11,12 @@ from data_prep.points import FOUND, VERSION, find_points
 from data_prep.recipe import Preparation, Results
 from data_prep.recordings import MEDIA
 from data_prep.stages import FOLDER
-from data_prep.upright import askew
+from data_prep.upright import askew, eyes_apart
 from dnnvss import files
 from dnnvss.corpus import checkup
 from dnnvss.errors import DnnvssError
-from dnnvss.face.landmarker import engine
+from dnnvss.face.landmarker import engine, mesh_groups
+from dnnvss.formats import LAYOUT_68
 from dnnvss.phones import SILENCES
 from dnnvss.timing import Alignment, FrameClock
 
@@ -25,6 +26,9 @@ GHOSTS, JUMPS = "landmarks that are not the face", "the picture jumps"
 
 EYES = ("right_eye", "left_eye")
 """Groups of landmarks that run round an eye."""
+
+READ = 1
+"""Version of how landmarks are read."""
 
 DAMAGED = 5
 """Frames of landmarks off the face from which a clip whose picture jumps is taken to be damaged."""
@@ -81,13 +85,15 @@ def _counted(run: Preparation, made: Results, size: tuple[int, int]) -> None:
                        if made[s.id]["video"] else {})} for s in run.alive()}
     if run.recipe.rows is not None:
         tasks = {i: {**task, "rows": run.recipe.rows} for i, task in tasks.items()}
-    counted = run.take(run.shop.run("landmarks", read_raw, tasks, MEDIA))
+    counted = run.take(run.shop.run("landmarks", read_raw, tasks, [MEDIA, READ]))
     if shares := sum("shares" in c for c in counted.values()):
         run.found.append(f"the landmarks of {shares} recordings are shares of the picture: taken times its size")
     usual = Counter(c["points"] for c in counted.values()).most_common(1)
     for name, c in counted.items():
         if c["rows"] != tasks[name]["frames"]:
             run.outcomes[name].notes.append(f"has {c['rows']} rows of landmarks for {tasks[name]['frames']} frames")
+        if c.get("held"):
+            run.outcomes[name].notes.append(f"{c['held']} frames repeat the landmarks of an earlier one: not taken")
         if c["faces"] > 1:
             run.outcomes[name].notes.append(f"{c['faces']} faces were tracked; the largest is taken")
         if c["points"] != usual[0][0]:
@@ -98,6 +104,21 @@ def _counted(run: Preparation, made: Results, size: tuple[int, int]) -> None:
         marks = run.shop.arrays("landmarks", source.id)
         if why := askew(marks["points"], marks["valid"], run.recipe.info.landmark_groups):
             run.drop(source.id, why)
+    if dimensions == 2:
+        _mirrored(run)
+
+
+def _mirrored(run: Preparation) -> None:
+    """Drop recordings whose landmarks have the eyes the other way round than most, or than their markup has them."""
+    groups = run.recipe.info.landmark_groups
+    apart = {s.id: eyes_apart(marks["points"], marks["valid"], groups) for s in run.alive()
+             for marks in [run.shop.arrays("landmarks", s.id)]}
+    known = groups in (LAYOUT_68, mesh_groups())
+    usual = 1.0 if known or sum(map(np.sign, apart.values())) >= 0 else -1.0
+    for name, distance in apart.items():
+        if distance * usual < 0:
+            run.drop(name, "its landmarks are mirrored: the right eye stands where the left one should. Track this "
+                     "very video, or write width - x for x")
 
 
 def _doubted(marks: Mapping[str, Mapping[str, np.ndarray]], clips: Mapping[str, np.ndarray], size: tuple[int, int],

@@ -56,6 +56,8 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
     flat = ((np.ptp(found.points, axis=1) == 0).all(axis=1) if found.points.shape[1] > 1 and dimensions > 1
             else np.zeros(count, bool))
     found = replace(found, valid=found.valid & ~flat)  # what some trackers write where they see no face
+    held = checkup.held(found.points) if dimensions > 1 and shown is not None else np.zeros(count, bool)
+    found = replace(found, valid=found.valid & ~held)  # others write the last face again
     if not found.valid.any():
         raise DnnvssError("no frame has landmarks", file=file, utterance=name, remedy="Track the video again")
     valid = found.points[found.valid]
@@ -72,7 +74,7 @@ def read_raw(name: str, out: Path, landmarks: tuple[Path, ...], scale: float, fr
         points = moved(points, place)
     write_npz(out / ".stages" / "landmarks" / f"{name}.npz", Landmarks(points, valid))
     return {"points": points.shape[1], "lost": int((~valid).sum()), "rows": given, "faces": read.faces,
-            **({"shares": True} if shares else {})}
+            **({"shares": True} if shares else {}), **({"held": int(held.sum())} if held.any() else {})}
 
 
 _SHARE, _LEAST = 2.0, 32

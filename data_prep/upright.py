@@ -8,6 +8,18 @@ STEEP = 0.5
 """Least height of the eyes over the lips, in widths by which they stand beside them: a head on its side is none."""
 
 
+def eyes_apart(points: np.ndarray, valid: np.ndarray, groups: Mapping[str, tuple[int, int]]) -> float:
+    """Pixels by which the left eye stands to the right of the right one, as faces in pictures have it; 0 if unknown.
+
+    Args:
+        points, valid, groups: as in :func:`askew`.
+    """
+    if not valid.any() or not {"right_eye", "left_eye"} <= groups.keys():
+        return 0.0
+    right, left = (points[valid, slice(*groups[name])].mean(axis=1)[:, 0] for name in ("right_eye", "left_eye"))
+    return float(np.median(left - right))
+
+
 def askew(points: np.ndarray, valid: np.ndarray, groups: Mapping[str, tuple[int, int]]) -> str:
     """Why landmarks cannot be those of a face in a picture, nothing where they can.
 

@@ -150,6 +150,27 @@ def outside(points: np.ndarray, size: Sequence[int], limits: CheckupLimits = LIM
     return np.asarray(away.mean(axis=1) > limits.outside)
 
 
+HELD = 5, 25
+"""Frames in which points are those of the frame before, to a bit, from which no face was looked for there; of whole
+numbers more, which a face that rests may keep to."""
+
+
+def held(points: np.ndarray) -> np.ndarray:
+    """Return the frames (F,) whose points are an earlier frame's, written again: a measurement never is the same twice.
+
+    Args:
+        points: (F, P, 2 or 3).
+    """
+    same = np.concatenate([[False], (np.diff(points, axis=0) == 0).all(axis=(1, 2))])
+    known = points[np.isfinite(points)]
+    least = HELD[bool((known == np.round(known)).all())]
+    parts = np.split(np.arange(len(same)), np.flatnonzero(np.diff(same)) + 1)
+    found = np.zeros(len(same), bool)
+    for part in parts:
+        found[part] = same[part[0]] and len(part) >= least
+    return found
+
+
 def off_colour(clips: Mapping[str, np.ndarray], limits: CheckupLimits = LIMITS) -> dict[str, float]:
     """Return the clips whose colour is far from the corpus's, with the distance in robust standard deviations.
 

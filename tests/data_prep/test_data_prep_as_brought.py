@@ -16,6 +16,7 @@ from data_prep.splits import read_splits, resolved
 from data_prep.upright import askew
 from dnnvss import files
 from dnnvss.corpus import Corpus
+from dnnvss.corpus.checkup import held
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, write_alignment
 from dnnvss.media import read_audio, read_video, write_video, write_wav
@@ -89,6 +90,30 @@ def test_landmarks_of_a_face_that_stands_on_its_head_are_named(
     said = askew(turned(points), np.ones(len(points), bool), groups)
     assert (f"the lips {where} the eyes" in said) if where else not said
     assert not askew(points, np.zeros(len(points), bool), groups) and not askew(points, np.ones(len(points), bool), {})
+
+
+def test_landmarks_that_are_mirrored_or_held_are_told(raw: Path, tmp_path: Path) -> None:
+    """x counts from the right in one file, the last face is written again for lost frames in two others."""
+    mirrored, stuck, again = (np.load(raw / f"demo_00{k}.npz")["points"] for k in range(3))
+    files.write_arrays(raw / "demo_000.npz", points=mirrored * np.float32([-1, 1]) + np.float32([64, 0]))
+    files.write_arrays(raw / "demo_001.npz", points=np.repeat(stuck[:1], len(stuck), axis=0))
+    again[11:17] = again[10]
+    files.write_arrays(raw / "demo_002.npz", points=again)
+    corpus, report = prepared(raw, tmp_path / "out")
+    assert set(corpus.utterances) == {"demo_002", "demo_003", "demo_004"}
+    assert "demo_000 | its landmarks are mirrored: the right eye stands where the left one should" in report
+    assert f"{len(stuck) - 1} frames repeat the landmarks of an earlier one: not taken" in report
+    assert "demo_002 | landmarks not found in 6 frames (11-16)" in report
+
+
+def test_what_counts_as_held() -> None:
+    moving = np.random.default_rng(0).normal(size=(60, 3, 2))
+    assert not held(moving).any()
+    moving[10:15], moving[30:36] = moving[9], moving[29]
+    assert np.flatnonzero(held(moving)).tolist() == [*range(10, 15), *range(30, 36)]
+    moving[14] += 1e-6
+    assert np.flatnonzero(held(moving)).tolist() == [*range(30, 36)]
+    assert not held(np.round(moving * 100)).any()
 
 
 def test_times_ten_times_too_small_are_refused(raw: Path, tmp_path: Path) -> None:
