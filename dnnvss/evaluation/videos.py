@@ -71,7 +71,7 @@ def write_side_by_side(run: Run, corpus: Corpus, ids: Sequence[str]) -> list[Pat
         caption, truth = _truth(faces[0], corpus, utterance)
         seen, names = [truth], [caption]
         if caption == RECORDED:
-            seen, names = [truth, _through_the_face(faces[0], utterance)], [caption, THROUGH]
+            seen, names = [truth, _paled(*through_the_face(faces[0], utterance))], [caption, THROUGH]
         frames = side_by_side(*seen, *(face.frames() for face in faces), captions=[*names, *styles])
         written.append(_written(run.files.video(utterance.id), frames, corpus, utterance))
     return written
@@ -119,14 +119,27 @@ def _truth(spoken: Spoken, corpus: Corpus, utterance: Utterance) -> tuple[str, I
     return "measured", pictures.frames(resample(measured, spoken.clock, utterance.clock))
 
 
-def _through_the_face(spoken: Spoken, utterance: Utterance) -> Iterator[np.ndarray]:
-    """The measured parameters as the face shows them: what systems learn; pale where nothing was measured."""
+def through_the_face(spoken: Spoken, utterance: Utterance) -> tuple[Iterator[np.ndarray], np.ndarray]:
+    """The measured parameters of a test sentence as the face shows them, which is what systems learn.
+
+    Args:
+        spoken: the sentence by a run.
+        utterance: of the corpus.
+
+    Returns:
+        Pictures at the recording's rate, and which of them (F,) were measured.
+    """
     run, clock = spoken.run, spoken.clock
     measured, valid = (read_arrays(run.files.prediction(name))[utterance.id] for name in ("reference", "valid"))
     shown = resample(measured, clock, utterance.clock)
     nearest = np.minimum((utterance.clock.centres(len(shown)) * float(clock.rate)).astype(int), len(valid) - 1)
-    for picture, known in zip(spoken.stage.pictures.frames(shown), valid.astype(bool)[nearest], strict=True):
-        yield picture if known else (255 - _PALE * (255.0 - picture)).astype(np.uint8)
+    return spoken.stage.pictures.frames(shown), valid.astype(bool)[nearest]
+
+
+def _paled(pictures: Iterator[np.ndarray], known: np.ndarray) -> Iterator[np.ndarray]:
+    """Pictures, pale where nothing was measured."""
+    for picture, measured in zip(pictures, known, strict=True):
+        yield picture if measured else (255 - _PALE * (255.0 - picture)).astype(np.uint8)
 
 
 def recorded(corpus: Corpus, utterance: Utterance, size: tuple[int, int]) -> Iterator[np.ndarray]:

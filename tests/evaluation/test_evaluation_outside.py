@@ -11,7 +11,7 @@ from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.outside import MEASURES, ROWS, Judged, Lips, laid_over, scores
 from dnnvss.evaluation.outside.judge import Sentence, score_all
-from dnnvss.evaluation.outside.judged import CEILING, LATE, OTHER, TEXT, VOICE
+from dnnvss.evaluation.outside.judged import CEILING, LATE, OTHER, OWN, TEXT, VOICE
 from dnnvss.evaluation.outside.lips import NOSE, distances
 from dnnvss.evaluation.outside.scores import Watched
 from dnnvss.evaluation.sections import seen_from_outside
@@ -102,7 +102,7 @@ def sentence(seed: int, made: Lips | None) -> Sentence:
     words = Tier("words", [(0, 0.2, ""), (0.2, 2.2, "par"), (2.2, 2.4, "")])
     truth = moving(seed)
     utterance = Utterance(f"u{seed}", "par", Alignment([phones, words]), "v.mp4", None, None, 25, 60)
-    return Sentence(utterance, truth, {CEILING: truth, VOICE: truth if made is None else made, TEXT: made})
+    return Sentence(utterance, truth, {CEILING: truth, OWN: truth, VOICE: truth if made is None else made, TEXT: made})
 
 
 def test_a_sentence_in_which_nobody_speaks_counts_for_nothing() -> None:

@@ -11,11 +11,11 @@ from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.lips import talker_level
-from dnnvss.evaluation.outside.judged import CEILING, LATE, OTHER, ROWS, TEXT, VOICE, Judged
+from dnnvss.evaluation.outside.judged import CEILING, LATE, OTHER, OWN, ROWS, TEXT, VOICE, Judged
 from dnnvss.evaluation.outside.lips import Lips, see
 from dnnvss.evaluation.outside.scores import MEASURES, Watched, laid_over, scores
 from dnnvss.evaluation.runs import not_learnt, open_corpus
-from dnnvss.evaluation.videos import say
+from dnnvss.evaluation.videos import say, through_the_face
 from dnnvss.face.base import Textured
 from dnnvss.face.landmarker import Landmarker
 from dnnvss.media import video_frames
@@ -25,7 +25,7 @@ from dnnvss.runs.run import Run
 from dnnvss.style import Style
 from dnnvss.style.generator import make_style
 from dnnvss.synthesis.request import Scene, SpeakRequest
-from dnnvss.synthesis.speak import speak
+from dnnvss.synthesis.speak import Spoken, speak
 from dnnvss.timing import FrameClock, Tier
 
 _BLUR, _QUALITY = 0.8, 60
@@ -82,14 +82,22 @@ class Sentence:
 def _watch(run: Run, corpus: Corpus, utterance: Utterance, style: Style, landmarker: Landmarker) -> Sentence:
     """All videos of a sentence, one after the other: no more than a picture of each is held."""
     truth, copy = (see(landmarker, map(change, _recorded(corpus, utterance))) for change in (np.asarray, _copied))
-    timed = see(landmarker, say(run, corpus, utterance, style).frames())
+    spoken = say(run, corpus, utterance, style)
+    made = {CEILING: copy, VOICE: see(landmarker, spoken.frames()), OWN: _own(landmarker, spoken, utterance)}
     if run.heard:  # without a sound there is nothing to hear
-        return Sentence(utterance, truth, {CEILING: copy, VOICE: timed})
+        return Sentence(utterance, truth, made)
     alone = speak(run, SpeakRequest(utterance.text, engine="none", style=style, scene=Scene(rate=utterance.clock),
                                     id=utterance.id))
     text = laid_over(see(landmarker, alone.frames()), alone.plan.alignment["words"], utterance.alignment["words"],
                      utterance.clock, len(truth.seen))
-    return Sentence(utterance, truth, {CEILING: copy, VOICE: timed, TEXT: text})
+    return Sentence(utterance, truth, {**made, TEXT: text})
+
+
+def _own(landmarker: Landmarker, spoken: Spoken, utterance: Utterance) -> Lips:
+    """The lips of what was measured in the recording, as the face shows it; not seen where nothing was measured."""
+    pictures, known = through_the_face(spoken, utterance)
+    lips = see(landmarker, pictures)
+    return replace(lips, seen=lips.seen & known)
 
 
 def score_all(seen: Sequence[Sentence], style: str) -> Judged:

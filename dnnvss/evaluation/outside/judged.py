@@ -16,9 +16,10 @@ from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
 
 VOICE, TEXT = "times from the voice", "text alone"
-CEILING, LATE, OTHER = "recompressed", "40 ms late", "another sentence"
+OWN, CEILING, LATE, OTHER = "through the face", "recompressed", "40 ms late", "another sentence"
 ROWS = {VOICE: "The run's face at the phones' times in the recording.",
         TEXT: "The run's face at the run's own times, laid over the recording word by word.",
+        OWN: "What was measured in the recording, drawn: what is left of it when nothing has to be predicted.",
         CEILING: "The recording blurred and compressed again: what this tracker can tell at best.",
         LATE: "The recording late: a system should beat it.",
         OTHER: "The recording of another sentence, as long: a system has to beat it."}
