@@ -173,7 +173,7 @@ class _Line:
         made = list[np.ndarray]()
         if _JITTER < missing < _LONGEST or setup != self.setup:
             made += self.rest()
-            self.resampler, self.setup = av.AudioResampler(format="fltp", layout=frame.layout, rate=self.rate), setup
+            self.resampler, self.setup = av.AudioResampler(format="flt", layout=frame.layout, rate=self.rate), setup
         if _JITTER < missing < _LONGEST:
             self.seconds += missing
             lacking = max(round(self.seconds * self.rate) - self.count, 0)
@@ -190,6 +190,7 @@ class _Line:
         return made
 
     def _resampled(self, frame: Any) -> list[np.ndarray]:
-        made = [block.to_ndarray() for block in self.resampler.resample(frame)]
+        """Resampled blocks (C, n); channels come one beside the other, for PyAV miscounts planes from eight on."""
+        made = [block.to_ndarray().reshape(block.samples, -1).T for block in self.resampler.resample(frame)]
         self.count += sum(block.shape[1] for block in made)
         return made

@@ -1,5 +1,6 @@
 """Recordings as phones, cameras and editors write them: what players show and let hear is what is read."""
 
+import wave
 from fractions import Fraction
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 from films import BACK, HALF, MIRRORED, QUARTER, film, number_of, pictures, tone
 
 from dnnvss.errors import DnnvssError
-from dnnvss.media import read_audio, read_video, timed_audio, video_frames, video_info, write_wav
+from dnnvss.media import SPEECH_RATE, read_audio, read_video, timed_audio, video_frames, video_info, write_wav
 
 
 @pytest.mark.parametrize("matrix, size, corner", [
@@ -111,3 +112,15 @@ def test_a_wav_with_a_damaged_head_is_left_to_ffmpeg(tmp_path: Path, at: int, va
         except DnnvssError as error:
             found.append(error.problem.replace(path.name, ""))
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("channels", [6, 8, 16])
+def test_sound_of_many_channels_is_that_of_those_that_hold_any(tmp_path: Path, channels: int) -> None:
+    """Recorders of eight tracks: PyAV read beyond the planes of such sound, and the process ended."""
+    speech = (8000 * np.sin(np.arange(SPEECH_RATE) / 20)).astype("<i2")
+    table = np.zeros((SPEECH_RATE, channels), "<i2")
+    table[:, channels - 1] = speech
+    with wave.open(str(tmp_path / "a.wav"), "wb") as sound:
+        sound.setparams((channels, 2, SPEECH_RATE, 0, "NONE", ""))
+        sound.writeframes(table.tobytes())
+    assert np.abs(read_audio(tmp_path / "a.wav") - speech / 32768).max() < 1e-3
