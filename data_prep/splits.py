@@ -18,12 +18,12 @@ def read_splits(folder: Path) -> dict[str, list[str]]:
         DnnvssError: a file cannot be read or is no list of ids, or train, val and test (of one variant) share
             utterances.
     """
-    splits = split_files(folder)
+    splits = {name: _unheaded(ids) for name, ids in split_files(folder).items()}
     for other in _strays(folder):
         raise DnnvssError("is no list of ids that is read", file=other,
                           remedy=f"Write {_ROLES[other.stem.lower()]}.txt there, an id a line")
-    for name, role in _ROLES.items():
-        if name != role and name in splits and role not in splits:
+    for name in list(splits):
+        if (role := _role(name)) is not None and role not in splits:
             splits[role] = splits.pop(name)
             print(f"splits/{name}.txt is taken for {role}.txt")
     check_apart(splits, folder)
@@ -31,9 +31,25 @@ def read_splits(folder: Path) -> dict[str, list[str]]:
 
 
 _ROLES = {"train": "train", "val": "val", "test": "test", "training": "train", "dev": "val", "valid": "val",
-          "validation": "val", "development": "val", "testing": "test", "eval": "test", "evaluation": "test"}
+          "validation": "val", "development": "val", "testing": "test", "eval": "test", "evaluation": "test",
+          "trn": "train", "tst": "test", "devel": "val", "cv": "val"}
 """What corpora call their splits."""
+_LISTED = re.compile(r"(?:(?:list|ids|filelist|split)[_-])?([a-z]+?)"
+                     r"(?:[_-]?(?:list|ids|files|filelist|set|split|utts))?")
+_HEADS = ("id", "ids", "utt_id", "utterance", "utterance_id", "file", "filename", "file_name", "name", "clip", "path")
+"""What the first line of a column of ids may say."""
 _LISTS = ("", ".csv", ".tsv", ".json", ".lst", ".list", ".scp", ".xlsx")
+
+
+def _role(name: str) -> str | None:
+    """Which of train, val and test the name of a file means (``dev``, ``Validation``, ``train_list``)."""
+    match = _LISTED.fullmatch(name.lower())
+    return _ROLES.get(match[1]) if match else None
+
+
+def _unheaded(lines: list[str]) -> list[str]:
+    """Lines of ids without the name of their column."""
+    return lines[1:] if len(lines) > 1 and lines[0].lower() in _HEADS else lines
 
 
 def _strays(folder: Path) -> list[Path]:
@@ -49,8 +65,8 @@ def resolved(splits: Mapping[str, Sequence[str]], ids: Collection[str]) -> tuple
     """Splits whose ids are all those of recordings, and what is to be said of the others.
 
     A name with a suffix or a folder (``clips/a.mp4``), in another case or with accents stored in another way is that of
-    its recording. A line may hold several, with a comma, semicolon, tab or bar between them, and more behind the first;
-    one that begins with ``#`` is a remark.
+    its recording. A line may hold several, with a comma, semicolon, tab, bar or spaces between them, and more behind
+    the first, or a number before it; one that begins with ``#`` is a remark.
 
     Args:
         splits: ids by name of the split, as given.
@@ -78,10 +94,15 @@ def _named(line: str, near: Mapping[str, str]) -> list[str]:
     """The recordings that a line of a split names."""
     if (whole := near.get(line) or near.get(_bare(line))) is not None:
         return [whole]
-    parts = [part.strip(" \"'") for part in re.split(r"[,;|\t]", line) if part.strip()]
-    rows = [near.get(part) or near.get(_bare(part)) for part in parts]
-    known = [row for row in rows if row is not None]
-    return known if len(known) == len(rows) else known[:1] if rows and rows[0] is not None else []
+    found: list[str] = []
+    for signs in (r"[,;|\t]", r"[,;|\s]+"):
+        parts = [bare for part in re.split(signs, line) if (bare := part.strip(" \"'[]()\u200b\ufeff"))]
+        rows = [near.get(part) or near.get(_bare(part)) for part in parts]
+        if len(rows) > 1 and parts[0].isdecimal() and rows[0] is None:
+            rows = rows[1:]  # a number of the line
+        known = [row for row in rows if row is not None]
+        found = found or (known if len(known) == len(rows) else known[:1] if rows and rows[0] is not None else [])
+    return found
 
 
 def _bare(name: str) -> str:

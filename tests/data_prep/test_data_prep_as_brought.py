@@ -231,14 +231,19 @@ def test_splits_of_editors_name_recordings_and_what_is_none_is_told(raw: Path, t
 def test_lines_of_splits_as_tools_write_them_name_their_recordings(tmp_path: Path) -> None:
     ids = ["a", "b", "c d", "e,f"]
     lines = {"a.mp4;b": ["a", "b"], "a, c d.wav": ["a", "c d"], "b|three words": ["b"], "a\t0.5\t1": ["a"],
-             "e,f": ["e,f"], "'a','b'": ["a", "b"], "x|a": [], "# a": []}
+             "e,f": ["e,f"], "'a','b'": ["a", "b"], "x|a": [], "# a": [],
+             "a b": ["a", "b"], "a # held out": ["a"], "12 b": ["b"], '["a",': ["a"], "b\u200b": ["b"], "x a": []}
     for line, want in lines.items():
         found, notes = resolved({"train": [line]}, ids)
-        assert found["train"] == want and bool(notes) == (line == "x|a"), line
+        assert found["train"] == want and bool(notes) == (line in ("x|a", "x a")), line
     folder = tmp_path / "splits"
     folder.mkdir()
     (folder / "dev.txt").write_text("b\n")
     assert read_splits(folder) == {"val": ["b"]}
+    for name, role in (("Training", "train"), ("tst", "test"), ("train_list", "train"), ("filelist_test", "test")):
+        (folder / f"{name}.txt").write_text("id\na\n")
+        assert read_splits(folder) == {"val": ["b"], role: ["a"]}, name
+        (folder / f"{name}.txt").unlink()
     (folder / "train.csv").write_text("id\na\n")
     with pytest.raises(DnnvssError, match=r"train\.csv: is no list .* train\.txt"):
         read_splits(folder)
