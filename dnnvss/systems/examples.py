@@ -88,7 +88,7 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
             not fill the memory; in memory if left out.
 
     Raises:
-        DnnvssError: a split has no utterance with a measured frame.
+        DnnvssError: a split has no utterance with a measured frame, or none whose movement was measured.
     """
     splits = {name: corpus.split(name, variant) for name in SPLITS}
     for name, given in splits.items():
@@ -97,8 +97,13 @@ def split_examples(task: Task, corpus: Corpus, encoded: EncodedCorpus, variant: 
             raise DnnvssError(f"the split {name!r} has no measured frame: {len(kept)} utterances, and "
                               f"{len(given) - len(kept)} left out (see above)", file=corpus.root,
                               remedy="Mend or replace these clips, or give the split more of them, and prepare again")
-    made = {name: make_examples(task, corpus, given, encoded, visemes) for name, given in splits.items()}
-    return {name: _in(scratch, examples) for name, examples in made.items()}
+    made = {name: _in(scratch, make_examples(task, corpus, given, encoded, visemes)) for name, given in splits.items()}
+    for name, examples in made.items():
+        if not any(e.measured[1].any() for e in examples):
+            raise DnnvssError(f"the split {name!r} has no frame that was measured together with those beside it, which "
+                              "tell how fast it moves", file=corpus.root,
+                              remedy="Mend or replace its clips, or give the split more of them, and prepare again")
+    return made
 
 
 def _in(scratch: Path | None, examples: Iterator[Example]) -> list[Example]:

@@ -45,7 +45,7 @@ class TableModel(VisualModel):
         (n, W * D)."""
         for example in train:
             targets, valid = example.measured
-            frames = targets[valid].reshape(int(valid.sum()), -1).astype(np.float64)
+            frames = targets[valid].reshape(int(valid.sum()), targets[0].size).astype(np.float64)
             yield (self.classes(example)[valid] == np.arange(len(PHONES))[:, None]).astype(np.float64), frames
 
     def predict(self, example: Example) -> Prediction:

@@ -16,7 +16,7 @@ from dnnvss.runs.naming import check_begun, run_name
 from dnnvss.runs.run import Run
 from dnnvss.runs.settings import RunSettings
 from dnnvss.runs.voice import Voice
-from dnnvss.systems.examples import split_examples
+from dnnvss.systems.examples import _reached, split_examples
 from dnnvss.systems.viseme_plan import UnitPlan
 
 
@@ -66,6 +66,25 @@ def test_a_split_without_a_measured_frame_is_named(tmp_path: Path) -> None:
     task = SimpleNamespace(example=lambda *_: None)
     with pytest.raises(DnnvssError, match="'val' has no measured frame: 1 utterances, and 1 left out"):
         split_examples(task, corpus, encoded, "")  # type: ignore[arg-type]
+
+
+def test_a_split_of_single_frames_whose_movement_was_not_measured_is_named(tmp_path: Path) -> None:
+    ids = {"train": ["a"], "val": ["b", "c"], "test": ["d"]}
+    corpus = SimpleNamespace(root=tmp_path, split=lambda name, _: [SimpleNamespace(id=i) for i in ids[name]],
+                             sound=lambda _: None)
+    valid = {i: np.arange(9) % 3 == 1 if i in "bc" else np.ones(9, bool) for i in "abcd"}
+    encoded = SimpleNamespace(dropped={}, clip=lambda i: SimpleNamespace(valid=valid[i], parameters=np.zeros((9, 2))))
+    whole = configured().task  # at 100 frames a second, as the video
+
+    def example(u: SimpleNamespace, parameters: np.ndarray, known: np.ndarray, *_: object) -> SimpleNamespace:
+        reached = _reached(known, whole.windows.reach)
+        return SimpleNamespace(measured=(parameters, reached))
+
+    task = SimpleNamespace(example=example, sound=lambda *_: None)
+    with pytest.raises(DnnvssError, match="'val' has no frame that was measured together with those beside it"):
+        split_examples(task, corpus, encoded, "")  # type: ignore[arg-type]
+    valid["c"][:3] = True
+    assert len(split_examples(task, corpus, encoded, "")["val"]) == 2  # type: ignore[arg-type]
 
 
 def test_settings_that_the_viseme_network_would_not_heed_are_refused() -> None:
