@@ -9,6 +9,7 @@ import numpy as np
 
 from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.formats import spanning
 from dnnvss.media import SPEECH_RATE
 from dnnvss.phones import SILENCES
 from dnnvss.runs.run import Run
@@ -100,8 +101,18 @@ def parsed(run: Run, request: SpeakRequest, text: str) -> "Sentence":
 
 
 def given(run: Run, request: SpeakRequest, alignment: Alignment) -> Plan:
-    """The phone times that are given, with words; where there is no recording of them, their start becomes 0."""
+    """The phone times that are given, with words, over all of their recording; without one, their start becomes 0.
+
+    Raises:
+        DnnvssError: they are of another sentence, or run past the recording.
+    """
     check_alignment(alignment, request.text)
+    if request.recording is not None:
+        sound = request.recording
+        try:
+            alignment = spanning(alignment, len(sound.samples) / sound.rate)
+        except DnnvssError as error:
+            raise DnnvssError(error.problem, file=sound.file, remedy=error.remedy) from error
     if "words" not in alignment:
         from dnnvss.speech.align_words import words_over
 

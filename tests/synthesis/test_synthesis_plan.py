@@ -1,5 +1,6 @@
 """What is said when a text and a recording of it are given."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,9 +8,10 @@ import numpy as np
 import pytest
 
 from dnnvss.errors import DnnvssError
-from dnnvss.synthesis.plan import heard
-from dnnvss.synthesis.request import Recording
+from dnnvss.synthesis.plan import given, heard
+from dnnvss.synthesis.request import Recording, SpeakRequest
 from dnnvss.text.sentence import parse
+from dnnvss.timing import Alignment, Tier
 
 
 def test_words_that_drown_in_noise_are_refused_and_a_voice_alone_is_named() -> None:
@@ -17,3 +19,17 @@ def test_words_that_drown_in_noise_are_refused_and_a_voice_alone_is_named() -> N
     run: Any = SimpleNamespace(voice=SimpleNamespace(variant="en_us"))
     with pytest.raises(DnnvssError, match=r"noise.*less noise, or leave the text out: a run whose labels read"):
         heard(run, parse("hello there"), Recording(noise, 16000))
+
+
+def test_times_of_a_recording_are_laid_over_all_of_it() -> None:
+    """Phones from 0.5 s on of a recording of 2 s: frame 0 of the face is the start of the sound, not of the phones."""
+    times = Alignment([Tier("phones", [(0.5, 0.7, "B"), (0.7, 1.0, "IY")]), Tier("words", [(0.5, 1.0, "be")])])
+    sound = Recording(np.zeros(32000), 16000, file=Path("be.wav"))
+    run: Any = None  # which words alone are looked up by
+    plan = given(run, SpeakRequest(text="be", recording=sound, alignment=times), times)
+    assert [(s.start, s.end, s.label) for s in plan.alignment["phones"]] == [
+        (0.0, 0.5, "sil"), (0.5, 0.7, "B"), (0.7, 1.0, "IY"), (1.0, 2.0, "sil")]
+    assert (plan.alignment["words"].start, plan.alignment["words"].end) == (0.0, 2.0)
+    late = Alignment(tier.moved(1.5) for tier in times.tiers)
+    with pytest.raises(DnnvssError, match=r"be\.wav: .*has speech from 2\.000 to 2\.500 s, but the recording runs"):
+        given(run, SpeakRequest(text="be", recording=sound, alignment=late), late)
