@@ -14,6 +14,8 @@ _HOP = 0.01
 """Seconds between two looks at the loudness."""
 _BELOW, _STILL = 35.0, -65.0
 """Decibels below the loud parts under which nobody speaks, and of full scale under which all is still."""
+_LITTLE, _RARE = 0.2, 20.0
+"""Seconds of the loudest parts, and decibels by which they stand out of a sound in which hardly anything is said."""
 _NOISE = 0.25
 """Share of the way from the quiet to the loud parts under which it is noise that is heard."""
 _CLEAR, _SMOOTH, _PAUSE = 0.35, 7, 0.25
@@ -29,13 +31,17 @@ def voice_activity(sound: Sound) -> Tier:
     A stretch of 10 ms is speech where it is within 35 dB of the loud parts (the 95th percentile) and
     clearly above the quiet ones (the 10th). Gaps below 0.3 s are filled, bursts below 50 ms left
     out, and speech begins and ends 50 ms before and after. In a sound that is as loud throughout,
-    such as speech under noise, all is speech; one below -65 dB of full scale is silent.
+    such as speech under noise, all is speech; one below -65 dB of full scale is silent. Where
+    hardly anything is said, the loudest 0.2 s, by more than 20 dB, are the loud parts.
 
     Args:
         sound: of at least one sample.
     """
     level = loudness(sound)
     quiet, loud = np.percentile(level, [10, 95])
+    loudest = float(np.sort(level)[-round(_LITTLE / _HOP) :][0])
+    if loud - quiet <= 10 and loudest - quiet > _RARE:  # a word in a long silence
+        loud = loudest
     if loud < _STILL:
         return Tier(TIER, [(0.0, sound.seconds, SILENCE)])
     least = max(loud - _BELOW, quiet + _NOISE * (loud - quiet)) if loud - quiet > 10 else -np.inf
@@ -73,8 +79,8 @@ def stretches(heard: np.ndarray) -> list[tuple[float, float]]:
 
 def loudness(sound: Sound) -> np.ndarray:
     """Decibels of full scale (n,) of the power of each 10 ms; the last one may be shorter."""
-    size = max(1, round(_HOP * sound.rate))
-    starts = np.arange(0, len(sound.samples), size)
+    size = max(1.0, _HOP * sound.rate)  # 220.5 samples at 22050 a second
+    starts = (np.arange(-(-len(sound.samples) // size)) * size).astype(int)
     power = np.add.reduceat(np.square(sound.samples, dtype=float), starts)
     counts = np.diff(np.append(starts, len(sound.samples)))
     return 10 * np.log10(power / counts + 1e-12)

@@ -13,11 +13,11 @@ _AMOUNT = rf"(?:\d+,\d\d(?![\d,])|{NUMBER})"
 
 
 def _scaled(name: str) -> str:
-    return rf"(?:(?P<{name}>\s?(?:{_WORDS})|{_SHORT})(?!\w))"
+    return rf"(?:(?P<{name}>[\s-]?(?:{_WORDS})|{_SHORT})(?!\w))"
 
 
 def _scale(text: str | None) -> str:
-    written = (text or "").strip().lower()
+    written = (text or "").strip(" -").lower()
     return numbers.SCALE_SUFFIXES.get(written, written)
 
 

@@ -122,6 +122,8 @@ def _groups(m: re.Match[str], british: bool) -> Said:
 
 
 def _ordinal(m: re.Match[str], british: bool) -> Said:
+    if m["n"][-1] != "1" and m[0].endswith("st"):  # a weight
+        return None
     return numbers.ordinal(int(m["n"].replace(",", "")), british)
 
 
@@ -194,6 +196,12 @@ def _decade(m: re.Match[str], british: bool) -> Said:
     """A decade; *45s* is a time."""
     seconds = len(m["n"]) == 2 and m["n"][1] != "0" and m[0] == m["n"] + "s"
     return None if seconds else numbers.decade(int(m["n"]))
+
+
+def _possessive(m: re.Match[str], british: bool) -> Said:
+    """What belongs to a thing with a number: *Channel 4's*."""
+    *start, last = plain_number(m["n"], british)
+    return [*start, last + "'s"]
 
 
 def _counted(m: re.Match[str], british: bool) -> Said:
@@ -275,6 +283,7 @@ def _plain(m: re.Match[str], british: bool) -> Said:
 
 
 _TELEPHONE = "|".join([
+    r"\+\d{1,3}\s?\(0\)\s?\d{2,5}(?:[\s-]\d{3,6}){1,2}",
     r"\+\d{1,3}(?:[\s.-]\(?\d{1,5}\)?){2,5}", r"\+\d{10,15}", r"1([-. ])\d{3}\1\d{3}\1\d{4}",
     BRACKETED, r"\d{3}([-. ])\d{3}\2\d{4}", r"\d{3}-\d{4}",
     r"0\d{2,4}\s\d{3,4}\s\d{3,4}", r"0\d{4}\s\d{6}", r"0\d(?:[ .]\d\d){4}", r"\d{4}(?:[ -]\d{4}){3}"])
@@ -307,6 +316,7 @@ def _many() -> list[Rule]:
         rule_of(r"(?P<n>10+)s(?=\sof\b)", _plural),
         rule_of(rf"(?:['\u2019](?=\d\d['\u2019]?s))?(?P<n>\d{{2}}|\d{{4}})['\u2019]?s{END}",
                 _decade),
+        rule_of(rf"(?P<n>\d+)['\u2019]s{END}", _possessive),
         rule_of(rf"(?P<n>{NUMBER})\s(?P<what>[a-z]{{2,12}}s)\s?/\s?(?P<per>{_TIMES})(?![\w/])", _counted),
         *lengths.rules(), *together.rules(),
         rule_of(rf"(?:(?P<whole>\d+)[\s-])?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}}|1000)(?:{unit}|(?:rd|th|nd)?s?{END})",

@@ -6,7 +6,7 @@ from dnnvss.text import numbers
 from dnnvss.text.amounts import Rule, Said, each, rule_of, unit_words
 
 _END = r"(?:\.(?=\s+[a-z(]|\s*[,;:)])|(?!\w))"
-_PAIRS = {"kg": "g", "lb": "oz", "lbs": "oz", "m": "cm", "km": "m", "cm": "mm"}
+_PAIRS = {"st": "lb", "kg": "g", "lb": "oz", "lbs": "oz", "m": "cm", "km": "m", "cm": "mm"}
 """A unit and the smaller one that may stand behind it."""
 
 

@@ -340,6 +340,8 @@ def _word(text: str, place: Place) -> list[str] | None:
     bare = low if _has(low) else low.strip("'")
     if len(bare) == 1:
         return [_single(text.strip("'"), place)]
+    if place.joined and re.fullmatch("[A-Z]s", text):  # Q&As
+        return [f"{text[0].lower()}'s"]
     if plural := re.fullmatch(r"([A-Z]{2,})'?s", text):
         return [*_letters(plural[1][:-1]), plural[1][-1].lower() + "'s"]
     if text.isupper() and "'" not in text and (not place.shouting or bare in _CLEAR or not _has(bare)):

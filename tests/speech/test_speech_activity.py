@@ -25,6 +25,17 @@ def test_speech_begins_and_ends_where_it_is_loud() -> None:
     assert tier.edges == pytest.approx([0, 0.45, 2.05, 2.6], abs=0.021)
 
 
+def test_a_word_in_a_long_silence_is_heard_and_its_places_are_10_ms_at_any_rate() -> None:
+    """At 22050 samples a second 10 ms are 220.5 samples: in places of 220 an edge at 60 s would lie .14 s too late."""
+    rate = 22050
+    for noise in (0.0, 1e-3):
+        samples = np.random.default_rng(1).normal(0, noise, 62 * rate).astype(np.float32)
+        samples[60 * rate : 61 * rate] += np.random.default_rng(0).normal(0, 0.1, rate)
+        tier = voice_activity(Sound(samples, rate))
+        assert tier.labels == ("sil", "speech", "sil")
+        np.testing.assert_allclose(tier.edges, [0, 59.95, 61.05, 62], atol=0.011)
+
+
 def test_long_gaps_are_pauses_and_clicks_are_none() -> None:
     tier = voice_activity(sound((1.0, -20), (0.5, -80), (0.02, -20), (0.5, -80), (1.0, -20)))
     assert tier.labels == ("speech", "sil", "speech") and tier.edges[1:3] == pytest.approx([1.05, 1.97], abs=0.021)

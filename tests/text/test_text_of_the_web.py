@@ -250,6 +250,7 @@ def test_amounts_of_several_units() -> None:
         ("45s, the '45s and the 80s", "forty five seconds, the forty fives and the eighties"),
         ("24 hrs/day", "twenty four hours per day"),
         ("min. 5", "minimum five"),
+        ("12st 5lb, 12st but the 21st", "twelve stone five pounds, twelve stone but the twenty first"),
     ])
 
 
@@ -277,4 +278,7 @@ def test_short_days_letters_of_lists_and_elisions() -> None:
         ("Sat 5 May, on Fri. The cat sat", "saturday the fifth of may, on friday. the cat sat"),
         ("(a) this or a) that", "A, this or a, that"),
         ("D'you know", "do you know"),
+        ("Channel 4's Q&As", "channel four's Q and a's"),
+        ("a £20-million deal", "a twenty million pound deal"),
+        ("+44 (0)20 7946 0958", "plus four four, zero, two zero, seven nine four six, zero nine five eight"),
     ])
