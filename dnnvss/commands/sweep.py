@@ -46,32 +46,45 @@ def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig],
 
 
 class Notes(Callback):
-    """A callback of hydra that notes jobs in a hidden folder of the working directory.
+    """A callback of hydra that notes jobs in a hidden folder of ``hydra.sweep.dir``, the working directory by default.
 
     A launcher may run jobs in other processes or on other machines, each with a copy of the callback; the launching
-    process reads what they leave.
+    process reads what they leave. Without a multirun there is no folder (None).
     """
 
     def __init__(self) -> None:
-        self.notes = Path()
+        self.notes: Path | None = None
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Make the folder of notes; copies of the callback take its path with them."""
+        """Make the folder of notes; copies of the callback take its path with them.
+
+        Raises:
+            SystemExit: it cannot be made. Of any other error hydra would make a warning, and train without notes.
+        """
         where = Path(OmegaConf.select(config, "hydra.sweep.dir", default=".")).absolute()
-        for left in where.glob(".sweep-*"):  # of sweeps that were killed
-            if left.is_dir() and abandoned(left):
-                shutil.rmtree(left, ignore_errors=True)
-        self.notes = Path(tempfile.mkdtemp(prefix=".sweep-", dir=where))
-        held(self.notes)  # until this process ends
+        try:
+            where.mkdir(parents=True, exist_ok=True)
+            for left in where.glob(".sweep-*"):  # of sweeps that were killed
+                if left.is_dir() and abandoned(left):
+                    shutil.rmtree(left, ignore_errors=True)
+            self.notes = Path(tempfile.mkdtemp(prefix=".sweep-", dir=where))
+            held(self.notes)  # until this process ends
+        except OSError as error:
+            problem = f"a sweep cannot leave its notes there ({error.strerror or error})"
+            sys.exit(f"error: {DnnvssError(problem, file=where, remedy='Give another folder as hydra.sweep.dir')}")
 
     def note(self, config: DictConfig, job_return: Any) -> None:
-        """Note what a job was given, and its configuration."""
+        """Note what a job of a multirun was given, and its configuration."""
+        if self.notes is None:
+            return
         number = OmegaConf.select(config, "hydra.job.num", default=len(list(self.notes.iterdir())))
         job = {"given": list(job_return.overrides or ()), "config": OmegaConf.to_container(_own(config))}
         files.write_json(self.notes / f"{number:04d}.json", job)
 
     def taken(self) -> list[dict[str, Any]]:
         """Return the notes in the order of the jobs, and delete them."""
+        if self.notes is None:
+            return []
         jobs = [files.read_json(note) for note in sorted(self.notes.glob("*.json"))]
         shutil.rmtree(self.notes)
         return jobs
@@ -88,7 +101,7 @@ class NameFailures(Notes):
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Note a job that failed."""
-        if self.notes != Path() and not _ended_well(job_return):
+        if not _ended_well(job_return):
             self.note(config, job_return)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
@@ -114,7 +127,7 @@ class CompareRuns(Notes):
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Note a job of a multirun that ended well, and what it was given."""
-        if self.notes != Path() and _ended_well(job_return):
+        if _ended_well(job_return):
             self.note(config, job_return)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
