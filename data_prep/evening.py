@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from data_prep.media import heard_in, laid
+from data_prep.media import CLIPPED, heard_in, laid
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.media import SOUND_RATE, timed_audio, video_frames, write_video
@@ -126,6 +126,10 @@ def told(known: dict[str, Any], seen: dict[str, Any]) -> list[str]:
         notes.append("brought from {} x {}{} to {} x {} pixels".format(*known["size"], shape, *seen["size"]))
     if known.get("spare"):
         notes.append(f"it has a sound of its own: {known['spare']} is not used")
+    if known.get("tracks", 1) > 1:
+        notes.append(f"has {known['tracks']} tracks of sound: the first one that is not silent is heard")
+    if known.get("clipped", 0) > CLIPPED:
+        notes.append(f"its sound is clipped: {known['clipped']:.0%} of it is at full scale")
     if known["ends"] > AMISS:
         notes.append(f"its sound goes on for {known['ends']:.1f} s after its last picture (left out)")
     if known["ends"] < -AMISS:

@@ -31,7 +31,8 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
     Returns:
         ``frames`` of the file and their ``rate``; ``size`` of the upright picture and shape of its ``pixel``; whether
         it is ``plain``; the path of the ``sound``, the seconds at which it ``starts`` after the first picture and
-        ``ends`` after the last one; the name of a sound that is to ``spare``.
+        ``ends`` after the last one; how many ``tracks`` of sound there are, and which share of it is ``clipped``; the
+        name of a sound that is to ``spare``.
 
     Raises:
         DnnvssError: the video cannot be read, has no sound or only silence.
@@ -50,12 +51,27 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
     moved = laid(samples, delay - starts, round(duration * SPEECH_RATE))
     if np.abs(moved).max(initial=0.0) < SILENT:
         raise DnnvssError("its sound is silence", file=heard, utterance=name, remedy="Give a recording with speech")
+    if (top := float(np.abs(moved).max())) > OVER:
+        moved = moved / np.float32(top)  # floats, of which a file of 16 bits would keep no peak
     copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", moved, SPEECH_RATE)
     files.write_arrays(out / ".stages" / "media" / f"{name}.npz", thumbnails=small, times=seconds)
     ends = starts - delay + len(samples) / SPEECH_RATE - duration
     return {"frames": len(small), "rate": str(rate), "size": list(info.size), "pixel": str(info.pixel),
             "plain": info.plain, "starts": round(starts, 5), "ends": round(ends, 2),
+            "tracks": info.tracks if heard == video else 1, "clipped": round(clipped(moved), 3),
             "sound": str(copied.relative_to(out)), "spare": spare}
+
+
+OVER = 1.1
+"""Sample beyond full scale from which a sound is made softer as a whole."""
+CLIPPED = 0.01
+"""Share of samples at the top from which a recording is called clipped; of loud speech that is not it is .004."""
+
+
+def clipped(sound: np.ndarray) -> float:
+    """The share of the samples (n,) of a loud recording that are at its top; 0 of one that stays below full scale."""
+    top = float(np.abs(sound).max(initial=0.0))
+    return float((np.abs(sound) > 0.95 * top).mean()) if top > 0.9 else 0.0
 
 
 def heard_in(video: Path, sound: Path | None) -> Path:

@@ -51,7 +51,8 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     Columns are found by name; their order, spaces round their names and columns that are not needed do not matter.
     Where the file follows several faces, the one that is largest for longest is taken: a picture on the wall is small,
     and a tracker may be surer of it than of somebody who speaks. Frames are counted from
-    1 in the file (from 0 where it has one of that number); one that has no row is not valid. Time stamps are read where
+    1 in the file (from 0 where it has one of that number); one that has no row, or a last one that breaks off, is not
+    valid. Time stamps are read where
     there is a column ``timestamp``.
 
     Args:
@@ -63,7 +64,8 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
             number, or a frame that comes twice; names the line.
     """
     path = Path(path)
-    lines, number = files.read(path, lambda p: table_rows(files.read_text(p, _CSV)), _CSV)
+    text = files.read_text(path, _CSV)
+    lines, number = files.read(path, lambda _: table_rows(text), _CSV)
     names = lines[0][1] if lines else []
     axes = _AXES[dimensions]
     count = sum(bool(re.fullmatch(rf"{axes[0]}_\d+", name)) for name in names)
@@ -71,6 +73,8 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     place = _places(path, names, ["frame", "success", *(coordinates or [f"{axis}_0" for axis in axes])])
     if len(lines) == 1:
         raise DnnvssError("holds no frame", file=path, remedy=_CSV)
+    if len(lines) > 2 and len(lines[-1][1]) < len(names) and not text.endswith("\n"):
+        lines = lines[:-1]  # the tracker was stopped while it wrote
     optional = [name for name in ("face_id", "confidence", "timestamp") if name in place]
     wanted = ["frame", "success", *optional, *coordinates]
     table = np.array([_row(path, line, row, names, wanted, place, number) for line, row in lines[1:]])

@@ -48,6 +48,7 @@ class VideoInfo:
         pixel: width of a pixel of the upright picture over its height.
         plain: the pictures are stored as they are shown: upright, of whole frames, their pixels square.
         told: frame rates that the file tells of its clock, the likeliest first; ``rate`` is an average.
+        tracks: of sound.
     """
 
     size: tuple[int, int]
@@ -56,6 +57,7 @@ class VideoInfo:
     pixel: Fraction = Fraction(1)
     plain: bool = True
     told: tuple[Fraction, ...] = ()
+    tracks: int = 1
 
 
 def video_info(path: str | Path) -> VideoInfo:
@@ -76,7 +78,8 @@ def video_info(path: str | Path) -> VideoInfo:
             told = tuple(Fraction(r) for r in (stream.guessed_rate, stream.base_rate) if r)
             plain = not look.turned and not look.interlaced and look.pixel == 1
             return VideoInfo(look.shown_size(stream.width, stream.height), Fraction(rate),
-                             bool(container.streams.audio), look.upright_pixel, plain, told)
+                             bool(container.streams.audio), look.upright_pixel, plain, told,
+                             len(container.streams.audio))
 
     found: VideoInfo = files.read(path, probe, _REMEDY)
     return found

@@ -8,16 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from films import QUARTER, film, talker_folder
+from scipy.io import wavfile
 
 from data_prep.evening import moved, placed, told
 from data_prep.folder import prepare_folder
-from data_prep.media import media
+from data_prep.media import CLIPPED, media
 from dnnvss import files
 from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus
 from dnnvss.formats import write_npz
 from dnnvss.formats.openface import Landmarks
-from dnnvss.media import SOUND_RATE, read_audio, read_video, video_info, write_video
+from dnnvss.media import SOUND_RATE, read_audio, read_video, video_info, write_video, write_wav
 
 
 @pytest.fixture(scope="module")
@@ -135,6 +136,20 @@ def test_a_smaller_picture_of_another_shape_stands_in_the_middle() -> None:
     assert placed((720, 576), Fraction(16, 15), (768, 576)) == (768 / 720, 1, 0, 0)
     points = np.array([[0.0, 0.0], [479.0, 639.0]])
     np.testing.assert_allclose(moved(points, (0.375, 0.375, 70, 0)), [[69.6875, -0.3125], [249.3125, 239.3125]])
+
+
+def test_sound_that_is_clipped_is_told_and_one_beyond_full_scale_keeps_its_shape(tmp_path: Path) -> None:
+    video = write_video(tmp_path / "a.mp4", np.zeros((50, 32, 48, 3), np.uint8), 25)
+    wave = np.sin(np.arange(32000) / 20) * np.linspace(0, 1, 32000)
+    for gain, wanted in ((0.9, False), (5.0, True)):
+        sound = write_wav(tmp_path / "a.wav", (gain * wave).astype(np.float32), 16000)
+        known = media("a", video, tmp_path / "out", 0.0, sound)
+        assert (known["clipped"] > CLIPPED) == wanted
+        assert ("is clipped" in str(told(known, {"size": known["size"], "untouched": True}))) == wanted
+    wavfile.write(tmp_path / "a.wav", 16000, (5 * wave).astype(np.float32))
+    known = media("a", video, tmp_path / "out", 0.0, tmp_path / "a.wav")
+    kept = read_audio(tmp_path / "out" / known["sound"])
+    assert known["clipped"] < CLIPPED and np.corrcoef(kept, wave[: len(kept)])[0, 1] > 0.9999
 
 
 def test_sound_that_ends_elsewhere_than_the_pictures_is_told(tmp_path: Path) -> None:

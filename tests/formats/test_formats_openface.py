@@ -119,3 +119,12 @@ def test_time_stamps_that_are_not_of_one_rate_are_refused(tmp_path: Path) -> Non
         check_times(late, FrameClock(25), tmp_path)
     with pytest.raises(DnnvssError, match="do not rise"):
         stamped(Landmarks(points, np.ones(4, bool), np.zeros(4)), tmp_path)
+
+
+def test_a_last_row_that_breaks_off_is_not_valid(tmp_path: Path) -> None:
+    """A tracker that is stopped while it writes leaves half a row."""
+    head = "frame,success,x_0,y_0\n"
+    found = read_openface(written(tmp_path, f"{head}1,1,2,3\n2,1,3,4\n3,1,4"))
+    assert found.points[:, 0].tolist() == [[2, 3], [3, 4]] and found.valid.all()
+    with pytest.raises(DnnvssError, match="line 3: 3 columns of 4"):
+        read_openface(written(tmp_path, f"{head}1,1,2,3\n2,1,3\n3,1,4,5\n"))
