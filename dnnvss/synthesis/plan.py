@@ -239,7 +239,8 @@ def spoken(plan: Plan, request: SpeakRequest, sentence: Callable[[], "Sentence"]
         return plan
     from dnnvss.speech.engines import find_engine, with_silences
 
-    engine, words = find_engine(request.engine, request.timed, request.engine_voice), sentence()
+    words = sentence()
+    engine = find_engine(request.engine, request.timed or words.timed, request.engine_voice)
     speech = engine.speak(words, plan.alignment)
     if not engine.imposes:
         speech = with_silences(speech, request.lead_in + words.pause_before, request.lead_out + words.pause_after)

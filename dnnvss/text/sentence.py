@@ -78,6 +78,11 @@ class Sentence:
         """Seconds of a pause that the text asks for after its last word, 0 if it does not."""
         return self.words[-1].pause or 0.0
 
+    @property
+    def timed(self) -> bool:
+        """Whether the text itself sets times: a pause between words, or words that are quicker or slower."""
+        return any(word.pause is not None for word in self.words[:-1]) or any(word.rate != 1 for word in self.words)
+
     def report(self) -> list[dict[str, str]]:
         """Return the pronunciation report: for each word what was written, said, from where, and what is doubtful."""
         return [{"written": w.written, "spoken": w.spoken, "phones": " ".join(w.phones), "source": w.source,

@@ -207,6 +207,11 @@ def test_engine_speaks_in_its_own_time(name: str) -> None:
     assert 0.04 < np.mean(durations) < 0.2
 
 
+def test_festival_pauses_at_each_break_of_the_text() -> None:
+    words = installed("festival", HTS).speak(parse("I came. I saw, no, I won.")).alignment["words"].labels
+    assert " ".join(w or "|" for w in words) == "| i came | i saw | no | i won |"
+
+
 @pytest.mark.parametrize("name, voice", [("festival", DIPHONES), ("formant", None)])
 def test_engine_speaks_in_ours(name: str, voice: str | None) -> None:
     engine, alignment = installed(name, voice), even(TEXT)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dnnvss.errors import DnnvssError
-from dnnvss.synthesis.plan import given, heard
+from dnnvss.synthesis.plan import Plan, given, heard, spoken
 from dnnvss.synthesis.request import Recording, SpeakRequest
 from dnnvss.text.sentence import parse
 from dnnvss.timing import Alignment, Tier
@@ -33,3 +33,21 @@ def test_times_of_a_recording_are_laid_over_all_of_it() -> None:
     late = Alignment(tier.moved(1.5) for tier in times.tiers)
     with pytest.raises(DnnvssError, match=r"be\.wav: .*has speech from 2\.000 to 2\.500 s, but the recording runs"):
         given(run, SpeakRequest(text="be", recording=sound, alignment=late), late)
+
+
+@pytest.mark.parametrize(("text", "imposing"), [
+    ("hello, you", False), ("[pause 1s] hello you", False), ("hello <break time='800ms'/> you", True),
+    ("<prosody rate='50%'>hello</prosody> you", True)])
+def test_pauses_and_rates_of_a_text_are_spoken(text: str, imposing: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An engine that speaks in its own time leaves them out, so that another one or another voice is asked."""
+    asked: list[Any] = []
+
+    def find(*how: Any) -> Any:
+        asked.append(how)
+        raise DnnvssError("enough")
+
+    monkeypatch.setattr("dnnvss.speech.engines.find_engine", find)
+    sentence, plan = parse(text), Plan(text, Alignment([Tier("phones", [(0, 1, "sil")])]))
+    with pytest.raises(DnnvssError, match="enough"):
+        spoken(plan, SpeakRequest(text=text, engine="auto"), lambda: sentence)
+    assert asked == [("auto", imposing, None)]

@@ -72,6 +72,14 @@ def test_pauses_before_between_and_after_words(text: str, before: float, inside:
     assert (sentence.pause_before, sentence.words[0].pause, sentence.pause_after) == (before, inside, after)
 
 
+@pytest.mark.parametrize(("text", "timed"), [
+    ("[pause 2s] hello, you. now [pause 1s]", False), ("hello <break strength='strong'/> you", False),
+    ("hello [pause 300ms] you", True), ("hello <break time='1s'/> you", True),
+    ("hello <prosody rate='50%'>you</prosody>", True)])
+def test_pauses_between_words_and_rates_are_times_that_a_text_sets(text: str, timed: bool) -> None:
+    assert parse(text).timed == timed
+
+
 def test_breaks_and_words_agree_with_the_light_pass() -> None:
     sentence = parse("At 10:45, Dr. Who left. Really?")
     assert [(w.spoken, w.break_after) for w in sentence.words] == [

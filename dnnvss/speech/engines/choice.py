@@ -38,8 +38,8 @@ def find_engine(name: str = "auto", imposing: bool = False, voice: str | None = 
     if not fit:
         raise DnnvssError(f"the speech engine {named[0].name} speaks in its own time only"
                           + (f" with the voice {voice}" if voice else ""),
-                          remedy="Use speech=auto, or leave out what sets the time: alignment, speed, total or "
-                                 "durations=model")
+                          remedy="Use speech=auto, or leave out what sets the time: alignment, speed, total, "
+                                 "durations=model, or pauses and rates in the text")
     if able := next((engine for engine in fit if engine.available() is None), None):
         return able
     raise DnnvssError(f"the speech engine {fit[0].name} cannot speak here: {fit[0].available()}",

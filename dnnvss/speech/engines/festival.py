@@ -24,6 +24,10 @@ _SPECIAL = {"ax": "AH", "axr": "ER", "dx": "T", "el": "L", "em": "M", "en": "N",
             _PAUSE: SILENCE, "brth": SILENCE, "ssil": SILENCE, "hv": "HH"}
 _PRINT = ("(mapcar (lambda (s) (format t \"SEG %s %f\\n\" (item.name s) (item.feat s 'end)))"
           " (utt.relation.items utt 'Segment))")
+_PHRASES = ("(Param.set 'Phrase_Method 'cart_tree)", "(set! phrase_cart_tree simple_phrase_cart_tree)")
+"""A pause at each break of the text: the voice's own model leaves many out."""
+_BREAKS = {"none": "", "minor": ",", "major": ":"}
+"""Signs that make them. A full stop before a word in lower case is taken for an abbreviation's and makes none."""
 _ROOTS = ("/usr/share/festival/voices", "/usr/lib/festival/voices", "/usr/local/share/festival/voices",
           "/opt/homebrew/share/festival/voices")
 _PACKAGE = "Install it, on Debian: apt install festival "
@@ -78,7 +82,7 @@ class FestivalEngine:
         with workshop() as folder:
             wav, script = folder / "speech.wav", folder / "speak.scm"
             body = _text_script(sentence) if alignment is None else _segment_script(alignment)
-            script.write_text("\n".join([f"(voice_{self.voice})", *body, "(utt.synth utt)",
+            script.write_text("\n".join([f"(voice_{self.voice})", *_PHRASES, *body, "(utt.synth utt)",
                                          f'(utt.save.wave utt "{wav}" \'riff)', _PRINT]), encoding="utf-8")
             printed = run(["festival", "-b", str(script)], self.name)
             samples, rate = read_wav(wav, self.name)
@@ -120,7 +124,7 @@ def _text_script(sentence: Sentence) -> list[str]:
             taken = plain != word.spoken or len(plain) < 2 or plain in used
             names[key] = f"q{_letters(len(names))}{plain}" if taken else plain  # a word of its own for each sound
             used[names[key]] = word.phones
-        text.append(names[key] + {"none": "", "minor": ",", "major": "."}[word.break_after])
+        text.append(names[key] + _BREAKS[word.break_after])
     entries = [f"(lex.add.entry '(\"{name}\" nil ({_syllables(Word('', '', phones, ''))})))"
                for name, phones in used.items()]
     return [*entries, f'(set! utt (Utterance Text "{" ".join(text)}"))']
