@@ -210,6 +210,8 @@ TWICE = [(name, (2 * np.array(points)).tolist()) for name, points in SINGLE]
 @pytest.mark.parametrize("value", [
     named_coco(MOVED, [4, 5, 0, 2, 1, 3], NAMES), named_coco(MOVED, [0, 1, 2, 3, 4, 5], list("123456")),
     named_coco(MOVED, [4, 5, 0, 2, 1, 3], list("123456")), named_coco(MOVED, [1, 0, 5, 4, 3, 2], list("012345")),
+    named_coco(MOVED, [1, 0, 5, 4, 3, 2], ["Lips 1", "LIPS_2", "lips 3", "lips 4", "Jaw 1", "jaw-2"]),
+    labelme([(str(k + 1), [MOVED[k].tolist()]) for k in range(6)]),
     named_coco(2 * MOVED, [5, 0, 1, 2, 3, 4], NAMES, width=192, height=160),
     {**labelme(SINGLE), "shapes": [BOX, *labelme(SINGLE)["shapes"]]}, {**labelme(SINGLE), "imagePath": "a_1.jpg"},
     {**labelme(TWICE), "imageWidth": 192, "imageHeight": 160}])
@@ -222,6 +224,7 @@ def test_points_go_by_their_names_and_the_size_of_the_picture(tmp_path: Path, va
 
 @pytest.mark.parametrize("value, message", [
     (named_coco(MOVED, [0, 1, 2, 3, 4, 5], ["chin", *NAMES[1:]]), "point 'chin' is unknown"),
+    (coco(MOVED / 96), "its points lie within 2 pixels, as shares"),
     ({**labelme(SINGLE), "imageWidth": 100}, "labelled at 100 x 80 pixels, and has 96 x 80"),
     ({**coco(MOVED), "annotations": [{"id": 1, "image_id": 7, "keypoints": [1.0] * 17}]}, "17 numbers are not x, y")])
 def test_points_without_a_place_are_refused(tmp_path: Path, value: dict, message: str) -> None:

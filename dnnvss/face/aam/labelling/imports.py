@@ -20,8 +20,9 @@ def read_tool(path: Path, sheet: Sheet) -> Found:
     """Return the points in a tool's JSON file, or in every ``.json`` of a folder (LabelMe writes one a picture).
 
     - LabelMe: shapes of the type point. Labels are a point's name (``lips_inner 3``, ``lips_inner_3`` or its number
-      in all), or a group's name for points that follow each other in the group's order; a polygon or line of a
-      group's name gives the group's points. Boxes, circles and masks are passed over.
+      in all; numbers count from 0, or from 1 where all do), or a group's name for points that follow each other in the
+      group's order; a polygon or line of a group's name gives the group's points. Boxes, circles and masks are passed
+      over.
     - COCO: ``keypoints`` of an annotation (x, y, visibility), by the names that their category gives them; in the
       order of the scheme where it gives none; numbers count from 0 or 1. One annotation a picture.
     - VIA (1 and 2): regions of the shape point, in their order, or a polyline or polygon named by its attribute.
@@ -87,11 +88,16 @@ def import_into(sheet: Sheet, path: Path) -> tuple[Sheet, list[str]]:
         except DnnvssError as error:
             raise DnnvssError(f"picture {name}: {error.problem}", file=path,
                               remedy="Label every point of the scheme") from error
+        if np.ptp(points, axis=0).max() < _SMALL:
+            raise DnnvssError(f"picture {name}: its points lie within {_SMALL} pixels, as shares of a picture do",
+                              file=path, remedy="Export them in pixels")
     for name, points in found.items():
         sheet = Sheet.open(sheet.folder).write(name, points, done=True)  # the page may have finished others meanwhile
     return sheet, sorted(found)
 
 
+_SMALL = 2
+"""Pixels within which no face lies."""
 _POINTED = ("point", "points", "polygon", "line", "linestrip")
 """Shapes of LabelMe that are points."""
 _SHAPE = 0.02
@@ -169,9 +175,6 @@ def _ordered(points: np.ndarray, named: Any, sheet: Sheet, path: Path, picture: 
         raise DnnvssError(f"picture {picture}: {len(points)} keypoints, and their category names {len(named)}",
                           file=path, remedy=_REMEDY)
     names = [str(name) for name in named]
-    if all(map(_is_number, names)):
-        first = min(map(int, names))
-        names = [str(int(name) - first) for name in names] if first in (0, 1) else names
     return _named([(name, [point]) for name, point in zip(names, points.tolist(), strict=True)], sheet, path, picture)
 
 
@@ -192,9 +195,11 @@ def _named(rows: list[tuple[str, list[list[float]]]], sheet: Sheet, path: Path, 
     points = np.full((sheet.count, 2), np.nan)
     following = {group: start for group, (start, _) in sheet.groups.items()}
     following[""] = 0
+    rows = [(_plain(label), places) for label, places in rows]
+    first = _firsts([label for label, _ in rows], sheet)
     for label, places in rows:
         for place in places:
-            at = _position(label.strip(), following, sheet)
+            at = _position(label, following, sheet, first)
             if at is None or not 0 <= at < sheet.count or not np.isnan(points[at]).all():
                 raise DnnvssError(f"picture {picture}: point {label!r} is "
                                   f"{'unknown' if at is None else 'one too many'}", file=path,
@@ -210,15 +215,31 @@ def _named(rows: list[tuple[str, list[list[float]]]], sheet: Sheet, path: Path, 
     return points
 
 
-def _position(label: str, following: dict[str, int], sheet: Sheet) -> int | None:
+def _plain(label: str) -> str:
+    return label.strip().replace(" ", "_").replace("-", "_").casefold()
+
+
+def _firsts(labels: list[str], sheet: Sheet) -> dict[str, int]:
+    """Group, ``""`` for all points, to the number of its first: 1 where 1 to its size are there, else 0."""
+    parts = [("", label) if _is_number(label) else tuple(label.rpartition("_")[::2]) for label in labels]
+    sizes = {"": sheet.count, **{group: end - start for group, (start, end) in sheet.groups.items()}}
+    return {group: int(sorted(int(n) for g, n in parts if g == group and _is_number(n)) == list(range(1, size + 1)))
+            for group, size in sizes.items()}
+
+
+def _position(label: str, following: dict[str, int], sheet: Sheet, first: Mapping[str, int]) -> int | None:
     if label in following:
         following[label] += 1
         stop = sheet.groups[label][1] if label else sheet.count
         return following[label] - 1 if following[label] <= stop else sheet.count  # beyond all: one too many
     if _is_number(label):
-        return int(label)
-    group, _, number = label.replace(" ", "_").replace("-", "_").rpartition("_")
-    return sheet.groups[group][0] + int(number) if group in sheet.groups and _is_number(number) else None
+        return int(label) - first[""]
+    group, _, number = label.rpartition("_")
+    if group not in sheet.groups or not _is_number(number):
+        return None
+    start, end = sheet.groups[group]
+    at = start + int(number) - first[group]
+    return at if at < end else sheet.count  # one too many
 
 
 def _is_number(text: str) -> bool:
