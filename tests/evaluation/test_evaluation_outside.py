@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from dnnvss.face.landmarker.layout import LEFT_CORNER, LOWER_LIP, RIGHT_CORNER, 
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 CLOCK = FrameClock(25)
+judging = import_module("dnnvss.evaluation.outside.judge")  # whose function has its name in the package
 
 
 def head(turn: float = 0.0, size: float = 1.0) -> np.ndarray:
@@ -125,6 +127,14 @@ def test_clips_of_several_frame_rates_are_each_measured_at_their_own() -> None:
     for row in (VOICE, CEILING):
         for measure in ("closures found", "aperture r", "variance"):
             assert other.pairs[row][measure] == pytest.approx(np.array(one.pairs[row][measure])), (row, measure)
+
+
+def test_what_was_not_measured_is_not_seen_through_the_face(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = np.array([True, False, True, True])
+    monkeypatch.setattr(judging, "through_the_face", lambda spoken, utterance: (iter(()), known))
+    monkeypatch.setattr(judging, "see", lambda landmarker, pictures: lips(np.arange(4.0)))
+    seen = judging._own(None, None, None)  # type: ignore[arg-type]
+    assert seen.seen.tolist() == known.tolist() and seen.tracks[:, 0].tolist() == [0, 1, 2, 3]
 
 
 def test_nulls_are_beaten_and_what_says_other_words_is_told(tmp_path: Path) -> None:
