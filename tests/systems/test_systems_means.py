@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from conftest import CLOCK, TABLE
 
+from dnnvss.curves import mlpg
 from dnnvss.features import encode
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.phone_mean import PhoneMean
@@ -41,3 +42,18 @@ def test_means_and_variances_are_those_of_all_frames_together(
         np.testing.assert_allclose(model.mean_[k], own.mean(0) if len(own) else frames.mean(0), rtol=1e-9, atol=1e-12)
         around = own.var(0) if len(own) > 1 else frames.var(0)
         np.testing.assert_allclose(model.variance_[k], np.maximum(around, least), rtol=1e-9)
+
+
+def test_the_training_mean_stands_still_where_clips_begin_and_end_otherwise(
+        examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    """Recordings cut at pauses have slopes on average, of which parameter generation would make a movement."""
+    train = []
+    for example in examples["train"]:
+        targets = example.targets.copy()
+        targets[:, 1] += 0.3 * targets[:, 0].std(axis=0)
+        train.append(replace(example, targets=targets))
+    model = TrainingMean(TABLE, CLOCK)
+    model.fit(train, examples["val"], tmp_path)
+    prediction = model.predict(examples["test"][0])
+    assert np.ptp(mlpg(prediction.mean, prediction.variance), axis=0).max() < 1e-6
+    assert model.mean_[0, 1].any()
