@@ -14,6 +14,7 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.labels import PLACE, phone_tier, word_of, word_tier
 from dnnvss.formats.numbers import number
+from dnnvss.formats.words import TOUCH
 from dnnvss.phones import SPOKEN, VOWELS, strip_stress
 from dnnvss.timing import Alignment, Segment
 from dnnvss.timing.tiers import TOLERANCE
@@ -23,8 +24,6 @@ _MARK = re.compile(r"<.*>|\[.*\]|\{.*\}|@")
 """What is no word: ``<unk>``, ``[noise]``, ``<ALT_BEGIN>``, a deletion."""
 _SOUNDS = ("non-lex", "misc")
 """Types of what is heard and is no word: coughs, breaths, noise."""
-_TOUCH = 0.05
-"""Seconds by which neighbours may overlap, since start and duration are rounded each by itself."""
 _CLOSE = 0.0151
 """Seconds between neighbours that are a rounding and no pause."""
 _LEAST = 0.01
@@ -103,7 +102,7 @@ def _alignment(path: Path, name: str, rows: list[_Row], phones: bool) -> Alignme
         assert row is not None
         start, end = row.start, row.end
         at = segments[-1].end if segments else 0.0
-        if start < at - _TOUCH:
+        if start < at - TOUCH:
             raise DnnvssError(f"line {row.place}: {row.label!r} starts at {start:.3f} s, before {at:.3f} s, where the "
                               "one before it ends", file=path, utterance=name, remedy=_REMEDY)
         if after is not None and abs(after.start - end) < _CLOSE:

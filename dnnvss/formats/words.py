@@ -27,6 +27,10 @@ _UNIT = re.compile(r"[ _]*[\[(]?(?<![^\W_])(s|sec|secs|seconds|ms|msec|milliseco
 _WORDS, _PHONES = ("word", "words"), ("phone", "phones")
 
 
+TOUCH = 0.05
+"""Seconds by which neighbours may overlap: recognisers round and pad; the second then begins where the first ends."""
+
+
 class Columns(NamedTuple):
     """Where a table of times has what; None where it has not.
 
@@ -129,12 +133,12 @@ def _segments(path: Path, rows: Rows, columns: Columns, number: Callable[[str], 
             continue
         segment = _segment(path, place, row, columns, number)
         at = segments[-1].end if segments else 0.0
-        if segment.start < at - TOLERANCE:
+        if segment.start < at - TOUCH or segment.end <= at:
             raise DnnvssError(f"line {place}: {segment.label!r} starts at {segment.start:.4f} s, before {at:.4f} s",
                               file=path, remedy=_REMEDY)
         if segment.start > at + TOLERANCE:
             segments.append(Segment(at, segment.start, ""))
-        segments.append(segment)
+        segments.append(segment._replace(start=max(at, segment.start)) if segment.start < at else segment)
     if not any(s.label for s in segments):
         raise DnnvssError("holds no word", file=path, remedy=_REMEDY)
     return segments

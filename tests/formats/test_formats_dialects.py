@@ -75,3 +75,13 @@ def test_names_of_tiers(tmp_path: Path) -> None:
     path.write_text('File type = "ooTextFile"\nObject class = "TextGrid"\n0\n1\n<exists>\n2\n"IntervalTier"\n"wrd"\n0\n'
                     '1\n1\n0\n1\n"hi"\n"IntervalTier"\n"phn"\n0\n1\n2\n0\n0.5\n"HH"\n0.5\n1\n"AY1"\n')
     assert {tier.name: tier.labels for tier in read_alignment(path).tiers} == {"words": ("hi",), "phones": ("HH", "AY")}
+
+
+def test_words_of_recognisers_may_overlap_by_a_rounding(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("start,end,word\n0.5,0.9,hello\n0.88,1.2,there\n")
+    found = read_alignment(path)["words"]
+    assert found.labels == ("", "hello", "there") and found.edges.tolist() == [0, 0.5, 0.9, 1.2]
+    path.write_text("start,end,word\n0.5,0.9,hello\n0.88,0.89,there\n")
+    with pytest.raises(DnnvssError, match="line 3: 'there' starts at 0"):
+        read_alignment(path)
