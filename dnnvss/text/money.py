@@ -12,6 +12,14 @@ _AMOUNT = rf"(?:\d+,\d\d(?![\d,])|{NUMBER})"
 """A number, with a comma before the cents as on the continent."""
 
 
+_KNOWN = {sign.lower(): sign for sign in numbers.CURRENCIES}
+
+
+def _sign(m: re.Match[str]) -> str:
+    """The sign of an amount as it is known, however it was written (*us$5*)."""
+    return _KNOWN[m["sign"].lower()]
+
+
 def _scaled(name: str) -> str:
     return rf"(?:(?P<{name}>[\s-]?(?:{_WORDS})|{_SHORT})(?!\w))"
 
@@ -29,7 +37,7 @@ def _said(m: re.Match[str], sign: str, amount: str, scale: str, british: bool) -
 
 
 def _before(m: re.Match[str], british: bool) -> Said:
-    said = _said(m, m["sign"], m["n"], _scale(m["scale"]), british)
+    said = _said(m, _sign(m), m["n"], _scale(m["scale"]), british)
     return [*(["minus"] if m["minus"] or m["below"] else []), *said, *per(m)]
 
 
@@ -37,19 +45,19 @@ def _range(m: re.Match[str], british: bool) -> Said:
     """Two amounts; the currency is said once unless one of them has cents."""
     first, last = _scale(m["first"]), _scale(m["scale"])
     if "." in m["a"] + m["b"] and not first and not last:
-        start = numbers.money(m["sign"], m["a"], "", british)
+        start = numbers.money(_sign(m), m["a"], "", british)
     else:
         start = [*numbers.number(m["a"], british), *first.split()]
-    return [*start, "to", *_said(m, m["sign"], m["b"], last, british), *per(m)]
+    return [*start, "to", *_said(m, _sign(m), m["b"], last, british), *per(m)]
 
 
 def _after(m: re.Match[str], british: bool) -> Said:
-    amount = _said(m, m["sign"], m["n"], (m["scale"] or "").lower(), british)
+    amount = _said(m, _sign(m), m["n"], (m["scale"] or "").lower(), british)
     return (["minus"] if m["minus"] else []) + amount
 
 
 def _range_after(m: re.Match[str], british: bool) -> Said:
-    return [*numbers.number(m["a"], british), "to", *_said(m, m["sign"], m["b"], "", british)]
+    return [*numbers.number(m["a"], british), "to", *_said(m, _sign(m), m["b"], "", british)]
 
 
 def rules() -> list[Rule]:

@@ -170,8 +170,8 @@ def _year_on(m: re.Match[str], british: bool) -> Said:
 
 
 def _two_digits(number: int) -> list[str]:
-    """The end of a year: *oh nine*, *eighteen*."""
-    return numbers.year(1900 + number)[1:]
+    """The end of a year: *oh nine*, *eighteen*; of *'00* all of it."""
+    return numbers.year(1900 + number)[1:] if number else ["two", "thousand"]
 
 
 def _range(m: re.Match[str], british: bool) -> Said:

@@ -282,8 +282,10 @@ def span(match: re.Match[str], place: Place) -> list[str] | None:
 
 # ---- words -----------------------------------------------------------------------------------------------------------
 
-_LETTER = r"(?:[^\W\d_\u00b2\u00b3\u00b9\u00bc-\u00be\u2070-\u2089]|[\u0300-\u036f])"  # no raised digits
-WORD = re.compile(rf"{_LETTER}+(?:['\u2019\u02bc]{_LETTER}+)*(?:[-\u2010\u2011](?:[^\W_]|['\u2019])+)*['\u2019]?"
+_RAISED = r"\u00b2\u00b3\u00b9\u00bc-\u00be\u2070-\u2089"
+_LETTER = rf"(?:[^\W\d_{_RAISED}]|[\u0300-\u036f])"
+WORD = re.compile(rf"{_LETTER}+(?:['\u2019\u02bc]{_LETTER}+)*"
+                  rf"(?:[-\u2010\u2011](?:[^\W_{_RAISED}]|['\u2019])+)*['\u2019]?"
                   rf"|['\u2019]{_LETTER}+")
 
 
