@@ -373,16 +373,21 @@ def _acronym(low: str) -> list[str]:
     return [low] if len(low) > 3 and _readable(low) and low not in _SPELT else _letters(low)
 
 
+_RECKONED = re.compile(r"\s*[+=\u00d7\u00f7^<>]\s*[\w(]|\s+&\s+[A-Z]\b")
+"""What stands behind a letter that is a quantity or one of several, and no article."""
+
+
 def _single(letter: str, place: Place) -> str:
     """Return a lone letter: the article *a*, the pronoun *I*, else the letter's name."""
     if letter in ("i", "I"):
         return "i"
     if letter == "a":
-        return "A" if place.after[:1] == ")" and not place.before else "a"
+        listed = place.after[:1] == ")" and not place.before
+        return "A" if listed or _RECKONED.match(place.after) else "a"
     if letter == "A":
         ends = r"\s*$|[.,;:!?)/&+-]|['\u2019]s" if place.shouting else (
             r"\s+(is|was|and|or|to|for)\b|\s*$|[.,;:!?)/&+-]|['\u2019]s")
-        follows, before = re.match(ends, place.after), place.before.lower()
+        follows, before = re.match(ends, place.after) or _RECKONED.match(place.after), place.before.lower()
         return "A" if follows or place.joined or before in _LETTERED or before == "an" else "a"
     return derive.plain(letter).upper()
 

@@ -280,6 +280,7 @@ def test_short_days_letters_of_lists_and_elisions() -> None:
         ("Sat 5 May, on Fri. The cat sat", "saturday the fifth of may, on friday. the cat sat"),
         ("(a) this or a) that", "A, this or a, that"),
         ("D'you know", "do you know"),
+        ("A & B, A + B = C, a = 5, a & Co.", "A and B, A plus B equals C, A equals five, a and company."),
         ("Channel 4's Q&As", "channel four's Q and a's"),
         ("a £20-million deal", "a twenty million pound deal"),
         ("+44 (0)20 7946 0958", "plus four four, zero, two zero, seven nine four six, zero nine five eight"),
