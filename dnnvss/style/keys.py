@@ -113,7 +113,7 @@ def key_constraints(
         if key.name not in gauges:
             raise DnnvssError(f"key at {key.time:g} s: nothing is named {key.name!r}",
                               remedy=f"Use one of: {', '.join(gauges)}")
-        time = key.time if tier is None or key.index is None else _anchored(key, tier)
+        time = key_time(key, tier)
         if not -1e-9 <= time <= clock.seconds(frames) + 1e-9:
             length, anchor = clock.seconds(frames), f" (position {key.position} in phone {key.index}, {key.phone})"
             raise DnnvssError(f"key {key.name!r} at {time:g} s{'' if key.index is None else anchor} lies outside the "
@@ -126,6 +126,15 @@ def key_constraints(
         parts.append(hold(np.arange(first, max(first, last) + 1), gauge.vector, gauge.constant, low=key.low,
                           high=key.high, softness=key.softness, label=f"key {key.name} at {time:.2f} s"))
     return Constraints.joined(parts)
+
+
+def key_time(key: Key, tier: Tier | None) -> float:
+    """Seconds at which a key stands in a synthesis: where its phone is now, else where it was written.
+
+    Raises:
+        DnnvssError: another phone is where the key was anchored.
+    """
+    return key.time if tier is None or key.index is None else _anchored(key, tier)
 
 
 def coefficients(names: Sequence[str]) -> dict[str, Gauge]:

@@ -8,9 +8,9 @@ import numpy as np
 
 from dnnvss.phones import SILENCES
 from dnnvss.phones.contexts import triphones
-from dnnvss.style.keys import Key
+from dnnvss.style.keys import Key, key_time
 from dnnvss.style.within import Reach
-from dnnvss.timing import Alignment, FrameClock
+from dnnvss.timing import Alignment, FrameClock, Tier
 
 Risk = Mapping[str, Any]
 """Plain values with a ``kind``: ``unseen phone`` (with ``phone`` and ``stands_in``), ``unseen triphone`` (with
@@ -60,13 +60,15 @@ def word_risks(report: Sequence[Mapping[str, str]], scores: Sequence[float] = ()
     return found
 
 
-def key_risks(keys: Sequence[Key], reach: Reach | None, names: Sequence[str]) -> list[tuple[float, Risk]]:
-    """The keys, by their times, that ask for what the talker never showed; they are obeyed.
+def key_risks(keys: Sequence[Key], reach: Reach | None, names: Sequence[str],
+              tier: Tier | None = None) -> list[tuple[float, Risk]]:
+    """The keys, by the times at which they are held, that ask for what the talker never showed; they are obeyed.
 
     Args:
         keys: an artist's.
         reach: what the talker showed; nothing is told where that was not kept.
         names: of the coefficients.
+        tier: the phones as they are said, with which anchored keys move; all keys keep their times where None.
     """
     found: list[tuple[float, Risk]] = []
     for key in keys:
@@ -74,7 +76,8 @@ def key_risks(keys: Sequence[Key], reach: Reach | None, names: Sequence[str]) ->
         if span and (key.low > span[1] or key.high < span[0]):
             bounds = {"low": round(key.low, 4), "high": round(key.high, 4)}
             showed = [round(v, 4) for v in span]
-            found.append((key.time, {"kind": "key beyond the talker", "name": key.name, **bounds, "showed": showed}))
+            risk = {"kind": "key beyond the talker", "name": key.name, **bounds, "showed": showed}
+            found.append((key_time(key, tier), risk))
     return found
 
 

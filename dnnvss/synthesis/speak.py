@@ -156,7 +156,7 @@ class Spoken:
         lines += [f"the talker never spoke {p}: it is borrowed from other talkers" for p in self._borrowed]
         lines += [f"dynamic visemes: {self.visemes}"] if self.visemes else []
         lines += [f"{why}: style.{name} has no effect" for name, why in unknown if getattr(self.request.style, name)]
-        beyond = key_risks(self.request.keys, self.run.generator.talker.reach, self.run.face.names)
+        beyond = key_risks(self.request.keys, self.run.generator.talker.reach, self.run.face.names, self.plan.tier)
         lines += [f"the key {r['name']} at {time:g} s asks for {r['low']:g} to {r['high']:g}, and the talker showed "
                   f"{r['showed'][0]:g} to {r['showed'][1]:g}: it is obeyed" for time, r in beyond]
         if (share := self.unfamiliar) is not None:
@@ -243,7 +243,7 @@ def _risks(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_
     clock, spans = run.task.clock, list[Span]()
     if plan.phones:
         words = word_risks(plan.pronunciation, plan.scores)
-        keys = key_risks(request.keys, run.generator.talker.reach, run.face.names)
+        keys = key_risks(request.keys, run.generator.talker.reach, run.face.names, plan.tier)
         known = run.voice.triphones if _reads_phones(run) else spoken_triphones([plan.alignment])
         spans += find_risks(plan.alignment, clock, stand_ins, known, words, keys)
     if run.heard:

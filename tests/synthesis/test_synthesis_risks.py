@@ -3,7 +3,9 @@
 import numpy as np
 
 from dnnvss.phones.contexts import spoken_triphones, triphones
-from dnnvss.synthesis.risks import Span, find_risks, sound_risks, summary, unfamiliar, word_risks
+from dnnvss.style.keys import Key
+from dnnvss.style.within import Reach
+from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, unfamiliar, word_risks
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 SAID = Alignment([
@@ -80,3 +82,13 @@ def test_where_most_triphones_are_unseen_only_phones_without_a_neighbour_are_mar
     assert unfamiliar(said, {}, spoken_triphones([said])) is None and find_risks(said, CLOCK, {},
                                                                                  spoken_triphones([said])) == []
     assert unfamiliar(SAID, {}, []) is None  # four phones
+
+
+def test_a_key_that_moves_with_its_phone_is_told_where_it_is_held() -> None:
+    """Written at .9 s of slow speech, in the middle of OW, which lasts from .4 to .5 s now."""
+    key = Key(0.9, "aam01", 3.0, 3.0, phone="OW", index=5, position=0.5)
+    reach = Reach(np.zeros(1), np.ones(1), {}, {})
+    (told,) = key_risks([key], reach, ("aam01",), SAID["phones"])
+    assert told[0] == 0.45 and key_risks([key], reach, ("aam01",))[0][0] == 0.9
+    (span,) = find_risks(SAID, CLOCK, {}, spoken_triphones([SAID]), keys=[told])
+    assert (span.start, span.end) == (0.4, 0.5) and span.risks[0]["kind"] == "key beyond the talker"
