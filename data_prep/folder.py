@@ -222,8 +222,8 @@ def _unsaid(left: str) -> tuple[str, ...]:
 def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:
     """What is to be said of how the files of a recording are written."""
     notes = []
-    if files.text_encoding(transcript.read_bytes()) == "cp1252":
-        notes.append("its transcript is not UTF-8 and was read as cp1252")
+    if (encoding := files.text_encoding(transcript.read_bytes())) in ("cp1252", "mac_roman"):
+        notes.append(f"its transcript is not UTF-8 and was read as {encoding}")
     path = video or transcript
     if (shown := files.printable(path.name)) != path.name:
         notes.append(f"the name {shown} is not UTF-8 and was read as cp1252")

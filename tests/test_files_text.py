@@ -112,3 +112,13 @@ def test_a_file_that_goes_while_it_is_read_is_told(tmp_path: Path) -> None:
 
     with pytest.raises(DnnvssError, match=r"a\.txt.* was removed by another command .* Again"):
         files.read(path, gone, "Again")
+
+
+def test_quotes_tell_what_an_old_mac_wrote(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    for written in ("It\u2019s a \u201ctest\u201d at the caf\u00e9", "(\u201cYes\u201d)", "don\u2019t"):
+        for encoding in ("mac_roman", "cp1252"):
+            path.write_bytes(written.encode(encoding))
+            assert files.text_encoding(path.read_bytes()) == encoding and files.read_text(path, "") == written
+    path.write_bytes("\u00d3rla and \u00d2scar at \u00c9cole".encode("cp1252"))
+    assert files.text_encoding(path.read_bytes()) == "cp1252"

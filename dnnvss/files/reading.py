@@ -13,6 +13,10 @@ from dnnvss.shortages import shortage_of
 
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 """Characters that no editor writes."""
+_MAC = re.compile(rb"[A-Za-z]\xd5[a-z]|(?:^|[\s(])\xd2[\x00-\x7f\x8e\xd5]+\xd3")
+"""An apostrophe within a word, or quotes around some, as Mac OS wrote them before it knew Unicode."""
+_NO_MAC = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x19\x1b-\x1f\x7f\x85\x91-\x97]")
+"""Control characters, and the quotes and dashes of Windows."""
 _NO_TEXT = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x19\x1b-\x1f\x7f\x81\x8d\x8f\x90\x9d]")
 """Control characters, and bytes that mean nothing in cp1252."""
 
@@ -71,7 +75,8 @@ def read_text(path: str | Path, remedy: str) -> str:
 
 
 def text_encoding(data: bytes) -> str:
-    """What text is encoded in: UTF-8, UTF-16 and UTF-32, with or without a byte order mark, else what Windows writes.
+    """What text is encoded in: UTF-8, UTF-16 and UTF-32, with or without a byte order mark, else what Windows writes,
+    or old Macs, told by their quotes.
 
     ``cp1252`` is told from what is no text by its signs: it has no control characters, and most letters are ASCII.
     """
@@ -88,8 +93,11 @@ def text_encoding(data: bytes) -> str:
         data.decode("utf-8")
     except UnicodeDecodeError:
         above = len(data.translate(None, bytes(range(128))))
-        if not _NO_TEXT.search(data) and above <= max(1, 0.3 * len(data)):
-            return "cp1252"
+        if above <= max(1, 0.3 * len(data)):
+            if _MAC.search(data) and not _NO_MAC.search(data):
+                return "mac_roman"
+            if not _NO_TEXT.search(data):
+                return "cp1252"
     return "utf-8-sig"
 
 

@@ -9,6 +9,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.text import derive, numbers, quantities, wording
 from dnnvss.text.dates import in_order
 from dnnvss.text.lexicon import check_phones, name_of
+from dnnvss.text.mangled import mended
 from dnnvss.text.markup import PLAIN, Piece, pieces_of
 from dnnvss.text.signs import plain_signs, visible
 from dnnvss.text.tokens import Token, table, word_set
@@ -58,7 +59,7 @@ def tokens(text: str, variant: str = "en_us", lenient: bool = False) -> list[Tok
         raise DnnvssError(f"unknown variant {variant!r}", remedy=f"Use one of: {', '.join(VARIANTS)}")
     found: list[Token] = []
     pieces = [piece if piece.reading.phones else replace(piece, text=plain_signs(piece.text))
-              for piece in pieces_of(visible(text), lenient)]
+              for piece in pieces_of(visible(mended(text)), lenient)]
     shouting = _shouting(" ".join(piece.text for piece in pieces))
     for piece in pieces:
         if not piece.text:

@@ -6,8 +6,8 @@ import unicodedata
 
 from dnnvss.text.tokens import table
 
-_UNSEEN = re.compile(r"[\u00ad\u200c-\u200f\u202a-\u202e\u2060\u2066-\u2069\ufeff\ufe0f]")
-"""Soft hyphens, joiners and marks of direction: they show nothing and part no words."""
+_UNSEEN = re.compile(r"[\u00ad\u200c-\u200f\u202a-\u202e\u2060\u2066-\u2069\ufeff\ufe0f\u20e3]")
+"""Soft hyphens, joiners, marks of direction and keys around digits: they show nothing and part no words."""
 _APOSTROPHE = re.compile(r"(?<=[^\W\d_])[`´‘‛ʹʻʽ′＇](?=[^\W\d_])")
 _RAISED = re.compile(r"[⁰¹²³⁴-⁹⁺⁻ⁿ]+")
 _DEGREES = re.compile(r"(?<=\d)\s?[º°]\s?(?=[CF]\b)|(?<=\d)º(?!\w)")
