@@ -117,13 +117,8 @@ class Take:
                 "commands": export_lines(self.saying, self.spoken, self.makers)}
 
     def _peaks(self) -> list[float]:
-        """The loudest sample of every hundredth of a second."""
         heard = self.spoken.plan.sound
-        if heard is None or not len(heard.samples):
-            return []
-        step = max(1, heard.rate // _PEAKS)
-        padded = np.pad(np.abs(heard.samples), (0, -len(heard.samples) % step))
-        return np.round(padded.reshape(-1, step).max(axis=1).astype(float), 3).tolist()
+        return [] if heard is None else peaks(heard.samples, heard.rate)
 
     @property
     def makers(self) -> dict[str, Callable[[Path], Any]]:
@@ -177,6 +172,15 @@ class Take:
         with files.replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
             for name in sorted(set(self.makers) - {path.name}):
                 archive.write(self.file(name, path.parent), name)
+
+
+def peaks(samples: np.ndarray, rate: int) -> list[float]:
+    """The loudest sample of every hundredth of a second, however many samples that is (220.5 at 22050 a second)."""
+    if not len(samples):
+        return []
+    step = max(1.0, rate / _PEAKS)
+    starts = (np.arange(-(-len(samples) // step)) * step).astype(int)
+    return np.round(np.maximum.reduceat(np.abs(samples), starts).astype(float), 3).tolist()
 
 
 def _spoken_as(tiers: Mapping[str, Sequence[Sequence[Any]]]) -> list[dict[str, str]]:
