@@ -33,6 +33,8 @@ _EXPECT = (
     (0.4, "The mouth moves when it should and hardly more than that; do not show it close."),
     (-1.0, "What the mouth does has little to do with what is said; record more before you show it."),
 )
+_WORSE = ("It is worse than the mean of each phone, which more speech will not mend: its fit failed, or it does "
+          "not suit these recordings. Take another (model=auto chooses), or a third of trainer.learning_rate.")
 _GROWTH = ((60, "Every further sentence helps: with twice the speech it will be clearly better."),
            (600, "With twice the speech it will be better still, though no longer by much."),
            (float("inf"), "More speech will change little; other sentences than these might."))
@@ -96,7 +98,7 @@ def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
     prompts = tuple(next_prompts(coverage, voice.variant))
     seconds = speech(train)
     lines = (_recorded(len(train), seconds, sources, company), _covered(coverage, voice), _against(report, system),
-             _next(prompts), _expected(report.headline("model"), seconds))
+             _next(prompts), _expected(report, seconds))
     return Verdict(lines, prompts, coverage)
 
 
@@ -159,7 +161,10 @@ def _next(prompts: Sequence[str]) -> str:
     return f"Record next: {quoted}{more}"
 
 
-def _expected(correlation: float, seconds: float) -> str:
+def _expected(report: Report, seconds: float) -> str:
+    if difference(_pairs(report, NULL), _pairs(report, "model")).high < 0:
+        return _WORSE
+    correlation = report.headline("model")
     level = 0.0 if np.isnan(correlation) else correlation
     words = next(text for least, text in _EXPECT if level >= least)
     return f"{words} {next(text for most, text in _GROWTH if seconds < most)}"

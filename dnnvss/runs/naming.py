@@ -59,7 +59,7 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
         del kept["folds"]
     if not settings.heard_with:
         del kept["heard_with"], kept["balance"]
-    kept["trainer"] = _fit_that_counts(kept["trainer"])
+    kept["trainer"] = _fit_that_counts(kept["trainer"], _widest(kept["model"]))
     kept["model"] = system_that_counts(kept["model"])
     read, usual = settings.task.table.settings, Settings()
     same = {name for name in _UNSAID if getattr(read, name) == getattr(usual, name)}
@@ -81,13 +81,28 @@ def system_that_counts(model: Mapping[str, Any]) -> dict[str, Any]:
         counts["sources"] = {name: {k: v for k, v in own.items() if k != "checkpoint"} for name, own in sources.items()}
     if systems := model.get("systems"):
         counts["systems"] = {name: system_that_counts(own) for name, own in systems.items()}
-    return {k: _fit_that_counts(v) if k == "fit" else v for k, v in counts.items()}
+    return {k: _fit_that_counts(v, _widest(counts)) if k == "fit" else v for k, v in counts.items()}
 
 
-def _fit_that_counts(fit: Mapping[str, Any]) -> dict[str, Any]:
-    """The settings of a fit that change what comes of it; those that are off are left out."""
+def _widest(model: Mapping[str, Any]) -> int:
+    """Inputs of the widest linear layer behind the first in the networks of a system."""
+    widths = [width for width in model.get("hidden", ()) if isinstance(width, int)]
+    if isinstance(width := model.get("width"), int):
+        widths.append(2 * width)  # both ways over time
+    return max([0, *widths, *(_widest(part) for part in model.values() if isinstance(part, Mapping))])
+
+
+def _fit_that_counts(fit: Mapping[str, Any], widest: int) -> dict[str, Any]:
+    """The settings of a fit that change what comes of it; those that are off are left out.
+
+    Args:
+        fit: the settings.
+        widest: inputs of the widest layer that is fitted.
+    """
     off = {"refine", "refine_rate"} if not fit.get("refine") else set()
     off |= {"steps"} if not fit.get("steps") else set()
+    if fit.get("optimizer") == "sgd" or not fit.get("base_width") or widest <= fit["base_width"]:
+        off |= {"base_width"}
     return {k: v for k, v in fit.items() if k not in {"progress", "figure_every", *SHARING, *off}}
 
 

@@ -40,6 +40,12 @@ class StackedNetworks(nn.Module):
                                           if not isinstance(layer, nn.Linear)})
         self.depth = len(first.rest)
 
+    @property
+    def matrices(self) -> dict[nn.Parameter, int]:
+        """The stacked weights of linear layers and how many inputs a unit has."""
+        return {stack: stack.shape[-1] for name, stack in self.stacks.items()
+                if name.startswith("rest/") and name.endswith("/weight")}
+
     def unstack(self, networks: Sequence[nn.Module]) -> None:
         """Copy the weights back."""
         for k, network in enumerate(networks):

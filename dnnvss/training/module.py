@@ -131,5 +131,5 @@ class FitModule(L.LightningModule):
 
     def configure_optimizers(self) -> Any:
         """The optimiser, and a schedule that steps with every batch."""
-        optimizer = self.recipe.optimizer(self.network.parameters())
+        optimizer = self.recipe.optimizer(self.network)
         return [optimizer], [self.recipe.schedule(optimizer, self.steps)]

@@ -1,10 +1,10 @@
 """How weights move: the optimiser, the schedule of its rate, clipping, and where dropout has its chance from."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import cast
 
 import torch
 from torch import nn
@@ -28,14 +28,14 @@ class Recipe:
     """How the weights of a fit move.
 
     Args:
-        optimizer: makes the optimiser of parameters.
+        optimizer: makes the optimiser of a network's weights.
         schedule: makes the schedule of its rate, which goes on with every step, for so many steps in all.
         clip: scales gradients that are too large.
         seed: the seed that a step sets torch's generator to, None where that runs on. Every checkpoint keeps the
             generator, so that a fit which is resumed draws what one that was not would.
     """
 
-    optimizer: Callable[[Any], torch.optim.Optimizer]
+    optimizer: Callable[[nn.Module], torch.optim.Optimizer]
     schedule: Callable[[torch.optim.Optimizer, int], LRScheduler]
     clip: Callable[[Sequence[nn.Parameter]], None]
     seed: Callable[[Moment], int | None]
@@ -55,7 +55,7 @@ def descent(settings: FitSettings, members: int = 1) -> Recipe:
 
 def one_cycle(settings: FitSettings) -> Recipe:
     """AdamW whose rate rises over the share ``warmup`` of the steps and falls to nothing; dropout runs on."""
-    return Recipe(partial(_adamw, settings, fused=True), partial(_one_cycle, settings),
+    return Recipe(partial(_alike, settings, fused=True), partial(_one_cycle, settings),
                   partial(clip_as_torch, most=settings.clip), lambda moment: None)
 
 
@@ -64,18 +64,37 @@ def steady(settings: FitSettings) -> Recipe:
     def seed(moment: Moment) -> int | None:
         return settings.seed * 1_000_003 + moment.epoch if moment.first else None
 
-    return Recipe(partial(_adamw, settings, fused=False), _constant, partial(clip_as_torch, most=settings.clip), seed)
+    return Recipe(partial(_alike, settings, fused=False), _constant, partial(clip_as_torch, most=settings.clip), seed)
 
 
-def _adamw(settings: FitSettings, parameters: Any, fused: bool) -> torch.optim.Optimizer:
-    return torch.optim.AdamW(parameters, settings.learning_rate, weight_decay=settings.weight_decay, fused=fused)
+def _alike(settings: FitSettings, network: nn.Module, fused: bool) -> torch.optim.Optimizer:
+    """AdamW with one rate for all weights."""
+    return torch.optim.AdamW(network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay,
+                             fused=fused)
 
 
-def _optimizer(settings: FitSettings, parameters: Any) -> torch.optim.Optimizer:
+def _optimizer(settings: FitSettings, network: nn.Module) -> torch.optim.Optimizer:
     if settings.optimizer == "sgd":
-        return torch.optim.SGD(parameters, settings.learning_rate, settings.momentum,
+        return torch.optim.SGD(network.parameters(), settings.learning_rate, settings.momentum,
                                weight_decay=settings.weight_decay, fused=True)
-    return _adamw(settings, parameters, fused=True)
+    rates = dict.fromkeys(network.parameters(), settings.learning_rate)
+    for weight, inputs in _matrices(network).items():
+        if inputs > settings.base_width > 0:
+            rates[weight] *= settings.base_width / inputs
+    groups = [{"params": [weight for weight, own in rates.items() if own == rate], "lr": rate}
+              for rate in sorted(set(rates.values()), reverse=True)]
+    return torch.optim.AdamW(groups, weight_decay=settings.weight_decay, fused=True)
+
+
+def _matrices(network: nn.Module) -> dict[nn.Parameter, int]:
+    """The weights of linear layers and how many inputs their units have.
+
+    A step of AdamW changes every weight by as much, whatever the gradient, and so a unit the more the more inputs it
+    has: the rate falls with them (Yang et al. 2021, Tensor Programs V).
+    """
+    stacked: Mapping[nn.Parameter, int] = getattr(network, "matrices", {})
+    own = [layer for layer in network.modules() if isinstance(layer, nn.Linear)]
+    return {**stacked, **{cast(nn.Parameter, layer.weight): layer.in_features for layer in own}}
 
 
 def _constant(optimizer: torch.optim.Optimizer, steps: int) -> LRScheduler:

@@ -18,6 +18,8 @@ class FitSettings:
     Args:
         optimizer: ``sgd`` (with ``momentum``) or ``adamw``.
         learning_rate: step size for the loss as reduced by ``reduction``.
+        base_width: of ``adamw``: inputs of a linear layer up to which the rate is as said; where there are more, it
+            falls in proportion, without which wide and deep networks learn nothing. 0 leaves it.
         momentum: of ``sgd``.
         weight_decay: of either optimiser.
         schedule: ``constant``, or ``cosine`` down to zero at the last epoch.
@@ -57,6 +59,7 @@ class FitSettings:
 
     optimizer: str = setting("adamw", choices=("sgd", "adamw"))
     learning_rate: float = setting(3e-3, above=0)
+    base_width: int = setting(512, least=0)
     momentum: float = setting(0.9, least=0, below=1)
     weight_decay: float = setting(0.0, least=0)
     schedule: str = setting("cosine", choices=("constant", "cosine"))

@@ -66,7 +66,7 @@ def decoded(outputs: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
 def by_hand(network: nn.Module, objective: Objective, recipe: Recipe, train: FrameBatches | UtteranceBatches,
             val: FrameBatches | UtteranceBatches, epochs: int, seeded: bool) -> list[float]:
     """Fit without Lightning: ten lines that nobody can mistake."""
-    optimizer, values, best = recipe.optimizer(network.parameters()), [], network.state_dict()
+    optimizer, values, best = recipe.optimizer(network), [], network.state_dict()
     schedule = recipe.schedule(optimizer, epochs * len(train))
     for epoch in range(epochs):
         train.epoch = lambda epoch=epoch: epoch  # type: ignore[misc]

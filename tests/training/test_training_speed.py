@@ -57,7 +57,7 @@ def test_steps_equal_those_of_a_dense_network_and_plain_sgd(examples: dict[str, 
     torch.manual_seed(0)
     network = FeedForward(TABLE.binary_width, TABLE.numeric_width, TABLE.active_width, STREAMS * DIMENSIONS, [24, 24])
     objective, recipe, dense = FrameRegression(SGD, STREAMS, DIMENSIONS), descent(SGD), Dense(network)
-    fast = recipe.optimizer(network.parameters())
+    fast = recipe.optimizer(network)
     plain = torch.optim.SGD(dense.parameters(), SGD.learning_rate, SGD.momentum)
     clipped = 0
     for active, numeric, target in batches(examples["train"]):
