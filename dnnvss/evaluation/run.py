@@ -212,7 +212,7 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
                      measures=tuple(m for m in MEASURES if m.name in LIVELINESS))
     head, rows = _lively_rows(lively)
     about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
-    line, unseen = _unseen_words(folder, task, parts, predicted, references, masks)
+    line, unseen = _unseen_words(folder, task, face, parts, predicted, references, valid)
     judged = judge(report) if judge else None
     pages = [title, *([judged.markdown()] if judged else []), *notes[1:],
              *filter(None, [face_kind(face.kind).lacks]), report.markdown(), *chosen,
@@ -282,8 +282,8 @@ def _plain(lively: Comparison) -> dict[str, dict[str, float | None]]:
     return {s: {n: None if np.isnan(v) else round(float(v), 6) for n, v in own.items()} for s, own in values.items()}
 
 
-def _unseen_words(folder: Path, task: Task, parts: Sequence[Part], predicted: Mapping[str, Trajectories],
-                  references: Trajectories, masks: Mapping[str, Trajectories]) -> tuple[list[str], list[str]]:
+def _unseen_words(folder: Path, task: Task, face: Face, parts: Sequence[Part], predicted: Mapping[str, Trajectories],
+                  references: Trajectories, valid: Trajectories) -> tuple[list[str], list[str]]:
     """What is printed, and the part of the page, on words that no training sentence holds; empty without any."""
     unseen: dict[str, np.ndarray] = {}
     for part in parts:
@@ -293,8 +293,8 @@ def _unseen_words(folder: Path, task: Task, parts: Sequence[Part], predicted: Ma
     if not unseen:
         return [], []
     chosen = {name: {i: p[i] for i in unseen} for name, p in predicted.items()}
-    inside = evaluate(chosen, {i: references[i] for i in unseen}, speech=unseen,
-                      valid={i: masks["valid"][i] for i in unseen})
+    seen = {i: moving(face, references[i], frames & valid[i]) for i, frames in unseen.items()}
+    inside = evaluate(chosen, seen, speech=unseen, valid={i: valid[i] for i in unseen}, first=leading(face))
     title = f"Inside words that never occur in training ({len(unseen)} sentences)"
     files.write_json(RunFiles(folder).unseen_words, inside.to_json())
     line = f"{title}: correlation " + ", ".join(f"{n} {inside.headline(n):.3f}" for n in chosen)

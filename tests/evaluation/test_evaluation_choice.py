@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import CLOCK, TABLE, composed
-from face.face_cases import rig
+from conftest import CLOCK, TABLE, composed, make_example
+from face.face_cases import LinearFace, rig
 from omegaconf import OmegaConf
 
 from dnnvss.commands.train_settings import run_settings
@@ -20,7 +20,7 @@ from dnnvss.runs.folds import fewest_folds, fold_count, folded
 from dnnvss.runs.naming import run_name
 from dnnvss.runs.settings import RunSettings
 from dnnvss.systems import Example
-from dnnvss.systems.examples import Task
+from dnnvss.systems.examples import Task, speech_frames
 from dnnvss.systems.phone_mean import PhoneMean
 
 TASK = Task(TABLE, CLOCK, STATIC_DELTA_DELTA2)
@@ -76,6 +76,29 @@ def test_the_best_is_chosen_and_kept(examples: dict[str, list[Example]], tmp_pat
     assert tried(quiet, replace(AutoSettings.read(quiet.settings.model), folds=4), able, tmp_path) == first
     with pytest.raises(AssertionError, match="tried again"):  # others have their own
         tried(material(examples, "seed=1"), auto(folds=4), able, tmp_path)
+
+
+class Curves(LinearFace):
+    """Seven curves without points, the last of which stands still below a movement of 3."""
+
+    @property
+    def least(self) -> np.ndarray:
+        return np.array([0.0] * 6 + [3.0])
+
+
+def test_a_trial_looks_at_all_curves_that_move() -> None:
+    """Curves of a rig have no order: their mean runs over all of them, not over the first five."""
+    rng = np.random.default_rng(5)
+    train = [make_example(f"c{i}", rng, 7) for i in range(4)]
+    for e in train:
+        e.measured[0][:, :, 6] *= 0.1
+    face = Curves(np.zeros((0, 2)), np.zeros((7, 0, 2)))
+    found = choosing.trial(TASK, {"system": "phone_mean"}, "phone_mean", train, 4, face)
+    said = cross_predicted(lambda: PhoneMean(TABLE, CLOCK), TASK, train, 4)
+    spoken = {e.id: speech_frames(e.alignment, CLOCK) for e in train}
+    told = [[np.corrcoef(e.measured[0][spoken[e.id], 0, d], said[e.id][spoken[e.id], d])[0, 1] for d in range(6)]
+            for e in train]
+    assert found.correlation == pytest.approx(np.mean(told), abs=1e-6)
 
 
 def test_trials_in_other_parts_are_others(examples: dict[str, list[Example]], tmp_path: Path,

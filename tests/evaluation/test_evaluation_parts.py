@@ -1,5 +1,6 @@
 """Sentences left out in turn: what each is said by is the system of the run, but for what it has not heard."""
 
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -7,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import composed
+from conftest import CLOCK, TABLE, composed, make_example
 from face.face_cases import LinearFace
 
 from dnnvss import files
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
+from dnnvss.curves import STATIC_DELTA_DELTA2
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation import run as evaluated
 from dnnvss.evaluation.run import unheard_parts
@@ -22,6 +24,7 @@ from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import Material, gather
 from dnnvss.runs.folds import folded
 from dnnvss.systems import Example, VisualModel
+from dnnvss.systems.examples import Task, word_frames
 from dnnvss.systems.network import NetworkModel
 from dnnvss.timing import Alignment, Tier
 
@@ -110,3 +113,19 @@ def test_viewers_and_trackers_see_sentences_that_the_run_has_not_learnt_from(
     with pytest.raises(DnnvssError):
         judging.judge(tmp_path, Any)  # type: ignore[arg-type]
     assert seen == shown
+
+
+def test_inside_new_words_all_curves_count_where_a_face_has_no_points(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    known, new = make_example("known", rng, 7), make_example("new", rng, 7)
+    words = new.alignment["words"]
+    new = replace(new, alignment=new.alignment.with_tier(words.renamed("other" if w else "" for w in words.labels)))
+    said = new.measured[0][:, 0] + rng.normal(0, 0.5, (len(new.codes), 7))
+    part: Any = SimpleNamespace(examples={"train": [known], "test": [new]})
+    face = LinearFace(np.zeros((0, 2)), np.zeros((7, 0, 2)))
+    line, _ = evaluated._unseen_words(tmp_path, Task(TABLE, CLOCK, STATIC_DELTA_DELTA2), face, [part],
+                                      {"model": {"new": said}}, {"new": new.measured[0][:, 0]},
+                                      {"new": new.measured[1]})
+    frames = word_frames(new.alignment, CLOCK, {"word"})
+    told = [np.corrcoef(new.measured[0][frames, 0, d], said[frames, d])[0, 1] for d in range(7)]
+    assert line == [f"Inside words that never occur in training (1 sentences): correlation model {np.mean(told):.3f}"]
