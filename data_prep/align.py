@@ -10,6 +10,7 @@ import numpy as np
 from data_prep.off_sound import APART, said_in, seconds_off, suspicious
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment, spanning
+from dnnvss.formats.labels import UnknownWordError
 from dnnvss.media import read_audio
 from dnnvss.phones import SILENCES
 from dnnvss.speech.align import UnfitError, align
@@ -91,7 +92,8 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
     Where its words are of another sentence than the text, the sound decides: if the text fits it, the alignment is not
     taken (``{"other": what is to be noted}``); if its own words fit it, it is taken and the text is noted.
 
-    Times that are far from where the aligner hears the words are not taken either.
+    Times that are far from where the aligner hears the words are not taken either, nor is an alignment in which a word
+    has no phones.
 
     Its times count from the first sample of the file's sound. Where that starts late, and speech is where the times
     say only if they count from the first picture, they do.
@@ -110,7 +112,13 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
         DnnvssError: the file is damaged, has no phones, is of another sentence that does not fit the sound, as the text
             does not, or does not fit the recording.
     """
-    found = read_alignment(path, name)
+    try:
+        found = read_alignment(path, name)
+    except UnknownWordError:
+        if audio is None:
+            raise
+        return {"other": "its alignment has a word that its aligner did not know (spn): the sound was aligned in its "
+                "place"}
     if "phones" not in found:
         raise DnnvssError("has no tier of phones", file=path, utterance=name, remedy="Name the tier phones")
     try:

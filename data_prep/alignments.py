@@ -15,7 +15,7 @@ from dnnvss.speech.align_onset import longest, runs_of
 from dnnvss.text.lexicon import pronunciations
 from dnnvss.timing import Alignment
 
-GIVEN = 3
+GIVEN = 4
 """Version of how given alignments are read."""
 
 ALIGNER = 5

@@ -115,5 +115,5 @@ def _alignment(path: Path, name: str, rows: list[_Row], phones: bool) -> Alignme
     try:
         return Alignment([phone_tier(segments) if phones else word_tier(segments)])
     except DnnvssError as error:
-        raise DnnvssError(error.problem, file=path, utterance=name, remedy=error.remedy) from error
+        raise type(error)(error.problem, file=path, utterance=name, remedy=error.remedy) from error
 

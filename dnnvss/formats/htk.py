@@ -130,7 +130,7 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
             raise DnnvssError(f"line {place}: {line.strip()[:80]!r} is not START END PHONE", file=path,
                               utterance=utterance, remedy=_REMEDY) from error
         except DnnvssError as error:
-            raise DnnvssError(f"line {place}: {error.problem}", file=path, utterance=utterance,
+            raise type(error)(f"line {place}: {error.problem}", file=path, utterance=utterance,
                               remedy=error.remedy) from error
         if segments and abs(segment.start - segments[-1].end) > 1e-4:
             kind = "gap" if segment.start > segments[-1].end else "overlap"

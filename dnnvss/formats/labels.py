@@ -25,6 +25,10 @@ _CLOSURES = {"bcl": ("B",), "dcl": ("D", "JH"), "gcl": ("G",), "pcl": ("P",), "t
 """The closures of TIMIT, each with the stops that may follow it."""
 
 
+class UnknownWordError(DnnvssError):
+    """An alignment in which a word has no phones, since its aligner did not know it."""
+
+
 def phone_of(label: str) -> str:
     """Return our label of a phone as other tools write it, or ``""`` for an interval without a name.
 
@@ -50,8 +54,8 @@ def phone_of(label: str) -> str:
     if phone in PHONES:
         return phone
     if lower == "spn":
-        raise DnnvssError("phone 'spn' marks a word that the aligner did not know",
-                          remedy="Add the word to the aligner's dictionary and align again")
+        raise UnknownWordError("phone 'spn' marks a word that the aligner did not know",
+                               remedy="Add the word to the aligner's dictionary and align again")
     raise DnnvssError(f"unknown phone {label!r}",
                       remedy=f"Use the CMU phones, with or without stress: {' '.join(PHONES)}")
 

@@ -14,7 +14,8 @@ from dnnvss.timing import Alignment
 PACE = {"phones": (0.015, 1.5), "words": (0.03, 6.0)}
 """Seconds between which the median phone and the median word of speech last: spoken very fast, sung very slowly."""
 
-_FEW = 3
+_FEW, _WIDER = 3, 5
+"""Phones or words below which lengths may be further from what is usual, and by how many times."""
 _USUAL = {"phones": 0.08, "words": 0.3}
 _REMEDY = "Write HTK times in units of 100 ns, or in seconds with a decimal point; times of other formats in seconds"
 
@@ -27,8 +28,8 @@ def check_pace(alignment: Alignment, file: Path) -> Alignment:
     """
     for tier in alignment.tiers:
         spoken = [s.end - s.start for s in tier if s.label not in SILENCES and word_of(s.label)]
-        if tier.name in PACE and len(spoken) >= _FEW:
-            _refuse_pace(tier.name, spoken, file)
+        if tier.name in PACE and spoken:
+            _refuse_pace(tier.name, spoken, file, 1 if len(spoken) >= _FEW else _WIDER)
     return alignment
 
 
@@ -44,10 +45,10 @@ def check_cues(cues: tuple[Cue, ...], file: Path) -> tuple[Cue, ...]:
     return cues
 
 
-def _refuse_pace(kind: str, lasts: Sequence[float], file: Path) -> None:
-    """Refuse lengths, in seconds, that phones or words do not have."""
+def _refuse_pace(kind: str, lasts: Sequence[float], file: Path, wider: int = 1) -> None:
+    """Refuse lengths, in seconds, that phones or words do not have; ``wider`` times as far off for few of them."""
     (least, most), middle = PACE[kind], float(np.median(lasts))
-    if least <= middle <= most:
+    if least / wider <= middle <= most * wider:
         return
     times = 10 ** round(abs(np.log10(middle / _USUAL[kind]))) if middle > 0 else 0
     size = "small" if middle < least else "large"

@@ -83,4 +83,4 @@ def _tier(path: Path, name: str, tier: PraatTier, end: float) -> Tier:
     try:
         return make(segments)
     except DnnvssError as error:
-        raise DnnvssError(f"tier {tier.name!r}: {error.problem}", file=path, remedy=error.remedy) from error
+        raise type(error)(f"tier {tier.name!r}: {error.problem}", file=path, remedy=error.remedy) from error

@@ -72,6 +72,17 @@ def test_times_of_half_the_length_and_off_by_half_a_second_are_not_taken(raw: Pa
         assert found == pytest.approx([s.start for s in right[name]["words"] if s.label], abs=0.08), name
 
 
+def test_an_alignment_with_a_word_that_its_aligner_did_not_know_is_made_anew(raw: Path, tmp_path: Path) -> None:
+    path = raw / "demo_001.TextGrid"
+    right, text = read_alignment(path), path.read_text()
+    before, _, behind = text.rpartition(f'text = "{right["phones"].labels[-2]}"')
+    path.write_text(f'{before}text = "spn"{behind}')
+    corpus, report = prepared(raw, tmp_path / "out")
+    assert "its alignment has a word that its aligner did not know (spn): the sound was aligned in its place" in report
+    found = [s.start for s in corpus.utterances["demo_001"].alignment["words"] if s.label]
+    assert np.abs(np.array(found) - [s.start for s in right["words"] if s.label]).max() < 0.1
+
+
 def test_one_other_word_is_noted(raw: Path, tmp_path: Path) -> None:
     text = files.read_text(raw / "demo_001.txt", "")
     first, *rest = text.split()

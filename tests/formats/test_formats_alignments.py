@@ -40,7 +40,7 @@ def test_scores_of_htk_stand_on_every_line_and_words_may_follow(tmp_path):
     path = tmp_path / "one.lab"
     path.write_text("0 1e6 sil -3.5\n1e6 2e6 B -7 bin -20\n2e6 3e6 IH 4\n3e6 4e6 N 5e-1\n")
     assert read_alignment(path)["words"].labels == ("", "bin")
-    path.write_text("0 1 T 2\n1 2 UW\n")
+    path.write_text("0 1e6 T 2\n1e6 2e6 UW\n")
     assert read_alignment(path)["words"].labels == ("2",)
 
 
