@@ -3,6 +3,7 @@
 Reads what is given, calls :func:`dnnvss.synthesis.speak.speak`, prints and writes.
 """
 
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -92,6 +93,15 @@ def chosen_run(settings: SpeakSettings) -> Path:
     return folder
 
 
+def check_text(text: str) -> None:
+    """Refuse the name of a file in place of its text."""
+    name = text.strip().removeprefix("@")
+    named = name.lower().endswith((".txt", ".ssml", ".xml", ".srt", ".vtt")) and not set("\n\0") & set(name)
+    if named and all(len(part) < 250 for part in Path(name).parts) and Path(name).is_file():
+        raise DnnvssError("text= is the name of a file, which would be read out letter by letter", file=name,
+                          remedy=f'Give what it holds: text="$(cat {shlex.quote(name)})"')
+
+
 def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:
     """The request, with every file read that it names.
 
@@ -105,6 +115,7 @@ def read_request(settings: SpeakSettings, run: Run) -> SpeakRequest:
         return session_request(Path(settings.session), run, recording, named_style, settings.scale)
     scene = read_scene(settings, run)
     text = files.as_utf8(settings.text or "")
+    check_text(text)
     alignment = _alignment(Path(settings.alignment), text, recording) if settings.alignment else None
     return SpeakRequest(
         text=text, recording=recording, alignment=alignment,

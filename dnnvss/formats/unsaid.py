@@ -18,6 +18,8 @@ _SOUNDS = (r"laugh(?:s|ter|ing)?|chuckl(?:es|ing)|sigh(?:s|ing)?|cough(?:s|ing)?
 _REMARK = re.compile(rf"\[[^\[\]\n]*\]:?|\((?i:{_SOUNDS})\)|\*(?i:{_SOUNDS})\*|^\s*\([^()\n]*\)\s*$", re.MULTILINE)
 _CREDIT = re.compile(r"Transcribed by https?://\S+", re.IGNORECASE)
 _HESITATION = re.compile(r"%HESITATION\b", re.IGNORECASE)
+_NUMBERED_LINE = re.compile(r"\s*\(?\d{1,4}[.):]\s+(?=[A-Z\"'\u201c\u2018])")
+"""The number of a sentence in a list."""
 _SAMPLES = re.compile(r"\s*0 \d{4,7} (?=\D)")
 """First and last sample before a sentence, as TIMIT's transcripts have them."""
 _FILMED = re.compile(r"\s*Text:[ \t]*(\S[^\n]*)\n(?:.*\n)*?Conf:", re.IGNORECASE)
@@ -55,6 +57,8 @@ def spoken_lines(text: str, utterance: str | None = None) -> list[str]:
     if text.strip().count("\n") == 0:
         text = _SAMPLES.sub("", _unnamed(text.strip(), utterance or ""))
     lines = [line for line in without_remarks(text).split("\n") if line.strip()]
+    if lines and all(map(_NUMBERED_LINE.match, lines)):
+        lines = [_NUMBERED_LINE.sub("", line) for line in lines]
     return [" ".join(line.split()) for line in without_names(lines) if line.strip()]
 
 

@@ -8,6 +8,7 @@ from conftest import run_command
 
 from dnnvss import files
 from dnnvss.commands.flags import Flags
+from dnnvss.commands.speak import check_text
 from dnnvss.commands.speak_settings import SpeakSettings, SpeechSettings, numbered
 from dnnvss.errors import DnnvssError
 from dnnvss.runs.naming import check_begun
@@ -131,3 +132,12 @@ def test_a_take_far_too_long_is_refused(tmp_path: Path, capsys: pytest.CaptureFi
     (tmp_path / "t.csv").write_text("\n".join([*rows, ""]))
     assert run_command("rig", tmp_path / "t.csv", "--rate", "60", "--out", tmp_path / "a.csv") == 1
     assert "216,001 frames of 1000 curves are too many" in capsys.readouterr().err
+
+
+def test_the_name_of_a_file_is_no_text(tmp_path: Path) -> None:
+    (tmp_path / "a b.txt").write_text("hello")
+    for text in (f"{tmp_path}/a b.txt", f"@{tmp_path}/a b.txt"):
+        with pytest.raises(DnnvssError, match=r"a b\.txt: text= is the name of a file.*\$\(cat '.*a b\.txt'\)"):
+            check_text(text)
+    for text in ("readme.txt", f"see {tmp_path}/a b.txt", "x" * 5000 + ".txt", "a\0.txt"):
+        check_text(text)
