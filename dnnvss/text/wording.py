@@ -4,8 +4,9 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from dnnvss.phones import strip_stress
 from dnnvss.text import derive, numbers
-from dnnvss.text.lexicon import dictionary
+from dnnvss.text.lexicon import dictionary, letter_name, looked_up
 from dnnvss.text.quantities import MONTHS, plain_number
 from dnnvss.text.tokens import Token, table, word_set
 
@@ -344,16 +345,17 @@ def _word(text: str, place: Place) -> list[str] | None:
         return [_single(text.strip("'"), place)]
     if place.joined and re.fullmatch("[A-Z]s", text):  # Q&As
         return [f"{text[0].lower()}'s"]
-    if plural := re.fullmatch(r"([A-Z]{2,})'?s", text):
-        return [*_letters(plural[1][:-1]), plural[1][-1].lower() + "'s"]
+    if plural := re.fullmatch(r"([A-Z]{2,})('?s|s')", text):  # NASA's, ATMs
+        base, ending = plural[1].lower(), plural[2].removesuffix("'")
+        return [base + ending] if _is_said(base) else [*_letters(base[:-1]), base[-1] + "'s"]
     if text.isupper() and "'" not in text and (not place.shouting or bare in _CLEAR or not _has(bare)):
         return _acronym(bare)
     if bare in _NAMED or (text.islower() and len(bare) < _SHORT and not _has(bare) and _is_spelt(bare)):
         return _letters(bare)
     if cut := re.fullmatch(r"([a-z]+)([A-Z]{2,})", text):  # iOS, mRNA
         return [w for part in cut.groups() for w in _word(part, place) or []]
-    if re.fullmatch(r"[A-Z]\w*[A-Z]s", text) and _has(low[:-1]):  # PhDs
-        return [low]
+    if re.fullmatch(r"[A-Z]\w*[A-Z]s'?", text) and _has(bare[:-1]):  # PhDs
+        return [bare]
     parts = re.findall(r"[A-Z]?[a-z']+|[A-Z]+(?![a-z])", text) if not _has(bare) and text.isascii() else []
     if len(parts) > 1 and "".join(parts) == text and not text.isupper():
         return [w for part in parts for w in _word(part, place) or []]
@@ -371,6 +373,14 @@ def _acronym(low: str) -> list[str]:
     if low not in _SPELT and _has(low):
         return [low]
     return [low] if len(low) > 3 and _readable(low) and low not in _SPELT else _letters(low)
+
+
+def _is_said(low: str) -> bool:
+    """Whether an acronym is said as a word, as NASA is, and not as the names of its letters."""
+    if len(low) < 3 or not _readable(low) or _acronym(low) != [low]:
+        return False
+    names = [strip_stress(phone) for letter in low for phone in letter_name(letter)]
+    return all([strip_stress(phone) for phone in said] != names for said in looked_up(low))
 
 
 _RECKONED = re.compile(r"\s*[+=\u00d7\u00f7^<>]\s*[\w(]|\s+&\s+[A-Z]\b")
