@@ -235,7 +235,8 @@ def _short_scale(m: re.Match[str], british: bool) -> Said:
 
 def _plural(m: re.Match[str], british: bool) -> Said:
     """As in *100s of people*."""
-    *start, last = numbers.decade(int(m["n"])) if int(m["n"]) < 100 else [*numbers.cardinal(int(m["n"]), british)]
+    count = int(m["n"].replace(",", ""))
+    *start, last = numbers.decade(count) if count < 100 else numbers.cardinal(count, british)
     return [*([] if start == ["one"] else start), last if last.endswith("s") else last + "s"]
 
 
@@ -313,7 +314,7 @@ def _many() -> list[Rule]:
         rule_of(r"\d+(?:-\d+){2,7}(?![\w-])", _groups),
         rule_of(rf"(?P<n>\d{{1,3}}(?:,\d{{3}})+|\d+)(?:st|nd|rd|th){END}", _ordinal, ignore_case=True),
         rule_of(rf"['\u2019]?(?P<a>\d{{2}}|\d{{4}})s[-\u2013]['\u2019]?(?P<b>\d{{2}}|\d{{4}})s{END}", _decades),
-        rule_of(r"(?P<n>10+)s(?=\sof\b)", _plural),
+        rule_of(r"(?P<n>10{0,2}(?:,000)+|10+)['\u2019]?s(?=\sof\b)", _plural),
         rule_of(rf"(?:['\u2019](?=\d\d['\u2019]?s))?(?P<n>\d{{2}}|\d{{4}})['\u2019]?s{END}",
                 _decade),
         rule_of(rf"(?P<n>\d+)['\u2019]s{END}", _possessive),

@@ -170,6 +170,7 @@ def test_short_forms_and_names() -> None:
         ("WWII", "world war two"),
         ("on iOS and macOS", "on i O S and mac O S"),
         ("two PhDs", "two phds"),
+        ("1,000s of words, 100s of them", "thousands of words, hundreds of them"),
         ("NASA's and UNESCO's", "nasa's and unesco's"),
         ("the PINs, SIMs and RAMs", "the pins, sims and rams"),
         ("the FBI's men, USB's", "the F B i's men, U S b's"),
