@@ -37,6 +37,7 @@ from dnnvss.text.sentence import spoken_words
 
 _LOOKED_AT = 10_000  # files in folders inside, at most
 _WORDS = "Write the words of the recording there"
+_HEAR = "have them written down by a machine with corpus.importer.transcribe=true"
 
 SEEN = 0.5
 """Share of the frames of speech that must show the face; what is between the others is not learnt from."""
@@ -189,7 +190,7 @@ def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
         times = next((path for path in raw.in_common if name in with_phones(path)), None)
     transcript = raw.get(name, ".txt") or (lab if lab is not None and words else raw.path(name, ".txt"))
     if not transcript.is_file():
-        raise DnnvssError("no such file", file=transcript, remedy=_beside(raw, name) or _WORDS)
+        raise DnnvssError("no such file", file=transcript, remedy=_beside(raw, name) or f"{_WORDS}, or {_HEAR}")
     check_transcript(transcript, name)
     return transcript, times
 

@@ -135,7 +135,7 @@ def by_face(runs: Mapping[str, RunData]) -> dict[str, dict[str, RunData]]:
         same = run.clock == lead.clock and _lengths(run) == _lengths(lead)
         if not same:
             raise DnnvssError(f"was tested on other sentences or at another rate than {lead.folder}", file=run.folder,
-                              remedy="Compare runs of one corpus, split and rate")
+                              remedy="Compare runs of one corpus, split and rate, all with folds=0 or none")
         own = next((group for group in found.values() if _one_face(run, next(iter(group.values())))), None)
         if own is None:
             kind = str(run.settings.face["kind"])

@@ -186,7 +186,7 @@ def test_others_of_a_recording_are_its_own_and_those_behind_a_dot(tmp_path: Path
 
 def test_a_text_that_lies_there_in_another_form_is_named_with_what_to_do(tmp_path: Path) -> None:
     for name, other, said in (("a", "a.docx", "save its words as plain text, a.txt"),
-                              ("b", "b.de.srt", "rename it b.srt"), ("e", "e.npz", "Write the words"),
+                              ("b", "b.de.srt", "rename it b.srt"), ("e", "e.npz", "corpus.importer.transcribe=true"),
                               ("c d", "c d.ass", "ffmpeg -i 'c d.ass' 'c d.srt'")):
         (tmp_path / f"{name}.mp4").touch()
         (tmp_path / other).touch()
