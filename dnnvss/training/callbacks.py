@@ -50,7 +50,8 @@ class Watch(Callback):
     def on_validation_end(self, trainer: L.Trainer, pl_module: L.LightningModule) -> None:
         """Keep the value, or raise the error of the objective."""
         value, title = float(trainer.callback_metrics[self.objective.watched]), self.objective.title
-        if not (math.isfinite(value) and value <= self.objective.most):
+        null = float(trainer.callback_metrics.get(self.objective.null, 1.0))
+        if not (math.isfinite(value) and value <= self.objective.most * max(null, 1.0)):
             raise self.objective.diverged(f"the {title} on validation after epoch {trainer.current_epoch}", value)
         self.history.append(value)
 

@@ -32,7 +32,9 @@ class Objective(nn.Module, ABC):
     title: ClassVar[str]
     """What is watched, in words."""
     most: ClassVar[float] = math.inf
-    """The value of what is watched beyond which a fit has diverged."""
+    """The value of what is watched beyond which a fit has diverged, in units of :attr:`null` where that is above 1."""
+    null: ClassVar[str] = ""
+    """The measure of what saying nothing costs on the validation data; none where empty."""
 
     @abstractmethod
     def loss(self, network: Network, batch: Any) -> Tensor | None:

@@ -16,8 +16,8 @@ class FrameRegression(Objective):
 
     The loss of a batch is the mean over frames of the sum (or mean) over outputs; ``val/static`` is the mean squared
     error of the static stream alone, by which the fit stops early: most of delta-delta cannot be predicted and would
-    rule an unweighted criterion. Beyond 100 it has diverged: the mean of the training frames, which knows nothing, has
-    about 1.
+    rule an unweighted criterion. Beyond 100 times ``val/null`` it has diverged: that is what the mean of the training
+    frames costs, which knows nothing; about 1, or far more where something moves that hardly moved in training.
 
     A network with as many outputs again tells log variances in the second half. Its loss is the Gaussian negative
     log likelihood ``((y - m)^2 / v + log v) / 2``, each output weighted by the square root of its own v (as a
@@ -36,7 +36,7 @@ class FrameRegression(Objective):
     """
 
     watched, title = "val/static", "static error"
-    most = 100.0
+    most, null = 100.0, "val/null"
 
     def __init__(self, settings: FitSettings, streams: int, dimensions: int) -> None:
         super().__init__()
@@ -71,8 +71,10 @@ class FrameRegression(Objective):
         predicted, target = self.told(network, batch)
         if not (count := len(target)):
             return {}
-        static = (predicted[:, : self.dimensions] - target[:, : self.dimensions]).square().mean()
-        return {"val/loss": Measured(self.error(predicted, target), count), "val/static": Measured(static, count)}
+        said, true = predicted[:, : self.dimensions], target[:, : self.dimensions]
+        return {"val/loss": Measured(self.error(predicted, target), count),
+                "val/static": Measured((said - true).square().mean(), count),
+                "val/null": Measured(true.square().mean(), count)}
 
     def diverged(self, where: str, value: float) -> DnnvssError:
         """The error that names the settings which may be to blame."""

@@ -1,4 +1,8 @@
-"""Rates of wide layers: a step changes what a unit says as much however many inputs it has."""
+"""How weights move: a step changes what a unit says as much however many inputs it has; when a fit has diverged."""
+
+from contextlib import nullcontext
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 import torch
@@ -6,11 +10,14 @@ from conftest import TABLE, composed
 from torch import nn
 
 from dnnvss.commands.train_settings import run_settings
+from dnnvss.errors import DnnvssError
 from dnnvss.runs.naming import run_name
 from dnnvss.systems.feedforward import FeedForward
 from dnnvss.systems.stacked import StackedNetworks
 from dnnvss.training import FitSettings
+from dnnvss.training.callbacks import Watch
 from dnnvss.training.recipe import descent
+from dnnvss.training.regression import FrameRegression
 
 RATE = 3e-3
 
@@ -64,3 +71,14 @@ def test_a_name_tells_what_wide_layers_were_fitted_with_and_that_of_narrow_ones_
     assert named() == named(off) and named(wide) != named(wide, off)
     assert named(wide, "trainer.optimizer=sgd") == named(wide, off, "trainer.optimizer=sgd")
     assert named("model=ensemble") == named("model=ensemble", off)
+
+
+@pytest.mark.parametrize(("error", "null", "ends"), [(150.0, 1.0, True), (99.0, 0.2, False), (150.0, 2.0, False),
+                                                     (float("nan"), 2.0, True)])
+def test_a_fit_has_diverged_beyond_a_hundred_times_what_the_mean_costs(error: float, null: float, ends: bool) -> None:
+    """Curves that hardly moved in training cost the mean thousands where they move."""
+    trainer: Any = SimpleNamespace(callback_metrics={"val/static": error, "val/null": null}, current_epoch=0)
+    watch, module = Watch(FrameRegression(FitSettings(), 3, 3)), cast(Any, None)
+    with pytest.raises(DnnvssError, match="diverged") if ends else nullcontext():
+        watch.on_validation_end(trainer, module)
+    assert watch.history == ([] if ends else [error])
