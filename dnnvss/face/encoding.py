@@ -236,9 +236,12 @@ def _unfilmed(corpus: Corpus, ids: Sequence[str], train: Sequence[str]) -> dict[
     """The utterances that have no video, each with that as its reason.
 
     Raises:
-        DnnvssError: all training utterances are among them, or the landmarks of the corpus lie in space.
+        DnnvssError: all training utterances are among them, or the corpus holds landmarks in space or curves of a rig.
     """
     remedy = "Choose a face that needs no pictures: face=points"
+    if corpus.info.dimensions == 1:
+        raise DnnvssError("it holds the curves of a rig, and this face lies in the picture", file=corpus.root,
+                          remedy="Choose the face that moves a rig: face=rig")
     if corpus.info.dimensions != 2:
         raise DnnvssError(f"its landmarks have {corpus.info.dimensions} coordinates, and this face lies in the picture",
                           file=corpus.root, remedy=remedy)

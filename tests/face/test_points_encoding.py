@@ -3,6 +3,8 @@
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from dnnvss import files
 from dnnvss.corpus import Corpus, CorpusInfo, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.aam import AAMConfig
-from dnnvss.face.encoding import FACE, encode_corpus, encoding_folder, find_encoding
+from dnnvss.face.encoding import FACE, _unfilmed, encode_corpus, encoding_folder, find_encoding
 from dnnvss.face.points import PointsFace
 from dnnvss.timing import Alignment, Tier
 
@@ -74,3 +76,9 @@ def test_a_face_that_needs_pictures_says_that_there_are_none(tmp_path: Path, dim
     with pytest.raises(DnnvssError, match=said) as caught:
         encode_corpus(data, SPLITS, AAMConfig(points=SETTINGS.points), tmp_path / "face", progress=False)
     assert "face=points" in str(caught.value)
+
+
+def test_curves_of_a_rig_want_the_face_that_moves_one(tmp_path: Path) -> None:
+    rig: Any = SimpleNamespace(info=SimpleNamespace(dimensions=1), root=tmp_path)
+    with pytest.raises(DnnvssError, match="curves of a rig.*face=rig"):
+        _unfilmed(rig, (), ())
