@@ -80,5 +80,5 @@ def test_a_face_that_needs_pictures_says_that_there_are_none(tmp_path: Path, dim
 
 def test_curves_of_a_rig_want_the_face_that_moves_one(tmp_path: Path) -> None:
     rig: Any = SimpleNamespace(info=SimpleNamespace(dimensions=1), root=tmp_path)
-    with pytest.raises(DnnvssError, match="curves of a rig.*face=rig"):
+    with pytest.raises(DnnvssError, match=r"curves of a rig.*face=rig"):
         _unfilmed(rig, (), ())
