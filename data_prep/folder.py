@@ -136,7 +136,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool,
         if video is not None and (special := _cut_or_guessed(raw, name, video, variant, find, transcribe)) is not None:
             return special
         transcript, times = written(raw, name)
-        text, unsaid = read_transcript(transcript, name)
+        text, left = read_transcript(transcript, name)
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
@@ -149,7 +149,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool,
         raise  # it says nothing about the recording
     except DnnvssError as error:
         return Source(name, video=video, problem=str(error))
-    notes = _unsaid(unsaid) + _told(transcript, video) + _others(raw, name, video)
+    notes = unsaid(left) + _told(transcript, video) + _others(raw, name, video)
     return Source(name, text, words, video, marks, alignment=times, sound=sound, notes=notes)
 
 
@@ -216,7 +216,8 @@ def _beside(raw: Shelf, name: str) -> str:
     return ""
 
 
-def _unsaid(left: str) -> tuple[str, ...]:
+def unsaid(left: str) -> tuple[str, ...]:
+    """What the report says of the part of a transcript that nobody says."""
     return (f"nobody says {left!r} of its transcript, and it was left out",) if left else ()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from data_prep.capture.stages import Done, groups_of, repaired
 from data_prep.capture.takes import KINDS, READ, VERSION, Taken, alike, is_take, read_take
-from data_prep.folder import written
+from data_prep.folder import unsaid, written
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.shelf import Shelf
@@ -138,7 +138,7 @@ def _source(shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, 
                                   remedy=_WORDS)
             return speech_alone(Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop)
         transcript, times = written(shelf, name)
-        text, _ = read_transcript(transcript, name)
+        text, left = read_transcript(transcript, name)
         words = tuple(word for word, _ in spoken_words(text, variant))
         if not words:
             raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
@@ -149,4 +149,4 @@ def _source(shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, 
         raise
     except DnnvssError as error:
         return Source(name, problem=str(error))
-    return Source(name, text, words, landmarks=(marks,), alignment=times, sound=sound, notes=tuple(notes))
+    return Source(name, text, words, landmarks=(marks,), alignment=times, sound=sound, notes=(*notes, *unsaid(left)))

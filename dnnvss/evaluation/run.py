@@ -1,5 +1,6 @@
 """The test split: tables, figures and videos of the model beside the null models, plain and in the run's style."""
 
+import math
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -28,6 +29,7 @@ from dnnvss.render.plots import plot_trajectories
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.fitting import Material, refined
 from dnnvss.runs.folds import folded
+from dnnvss.runs.headlines import Validation
 from dnnvss.runs.run import make_model
 from dnnvss.runs.voice import Voice
 from dnnvss.style import Style
@@ -42,19 +44,6 @@ LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_
 """Metrics of the second table: what correlation does not see."""
 
 Trajectories = dict[str, np.ndarray]
-
-
-@dataclass(frozen=True)
-class Validation:
-    """What is known without the test split, by which runs are chosen.
-
-    Args:
-        headline: the correlation over speech.
-        sentences: the ids of the sentences that it is of.
-    """
-
-    headline: float
-    sentences: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -245,7 +234,7 @@ def _said(part: Part, styles: Mapping[str, Style], folder: Path) -> dict[str, Tr
 def _chosen_by(validation: Validation) -> str:
     """What the page says of the validation split."""
     return (f"On the validation split, by which runs are chosen ({len(validation.sentences)} sentences): correlation "
-            f"{number(validation.headline)}.")
+            f"{number(math.nan if validation.headline is None else validation.headline)}.")
 
 
 def _gaps(left_out: Mapping[str, tuple[int, int]]) -> list[str]:

@@ -96,9 +96,9 @@ def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
     heard = Counter(p for e in train for p in e.alignment["phones"].labels if p not in SILENCES)
     coverage = Coverage.of(heard, voice.triphones)
     prompts = tuple(next_prompts(coverage, voice.variant))
-    seconds = speech(train)
-    lines = (_recorded(len(train), seconds, sources, company), _covered(coverage, voice), _against(report, system),
-             _next(prompts), _expected(report, seconds))
+    seconds, gain = speech(train), _gain(report)
+    lines = (_recorded(len(train), seconds, sources, company), _covered(coverage, voice),
+             _against(report, system, gain), _next(prompts), _expected(report.headline("model"), seconds, gain))
     return Verdict(lines, prompts, coverage)
 
 
@@ -125,15 +125,20 @@ def _covered(coverage: Coverage, voice: Voice) -> str:
             f"and {share:.0%} of the transitions from sound to sound in ordinary sentences{never}.")
 
 
-def _against(report: Report, system: str) -> str:
+def _gain(report: Report) -> Difference | None:
+    """What the system has over the mean of each phone; None where the sentences are too few to say."""
+    model, null = (_pairs(report, name) for name in ("model", NULL))
+    return difference(null, model) if model[:, 1].sum() >= FEWEST else None
+
+
+def _against(report: Report, system: str, gain: Difference | None) -> str:
     model, null = (_pairs(report, name) for name in ("model", NULL))
     count = int(model[:, 1].sum())
     own, other = estimate(model), estimate(null)
     said = f"On {count} sentences that it was not trained on"
-    if count < FEWEST:
+    if gain is None:
         return (f"{said}, {system} correlates with the talker by {_value(own)}, the mean of each phone by "
                 f"{_value(other)}, a face that stands still by 0; {count} are too few to say whether that is chance.")
-    gain = difference(null, model)
     sure = "and is not chance" if gain.p < _SURE else "which may be chance"
     return (f"{said}, {system} correlates with the talker by {_ranged(own)}, the mean of each phone by "
             f"{_ranged(other)}, a face that stands still by 0; the gain over the means is {_ranged(gain)} {sure}.")
@@ -161,10 +166,9 @@ def _next(prompts: Sequence[str]) -> str:
     return f"Record next: {quoted}{more}"
 
 
-def _expected(report: Report, seconds: float) -> str:
-    if difference(_pairs(report, NULL), _pairs(report, "model")).high < 0:
+def _expected(correlation: float, seconds: float, gain: Difference | None) -> str:
+    if gain is not None and gain.high < 0:
         return _WORSE
-    correlation = report.headline("model")
     level = 0.0 if np.isnan(correlation) else correlation
     words = next(text for least, text in _EXPECT if level >= least)
     return f"{words} {next(text for most, text in _GROWTH if seconds < most)}"

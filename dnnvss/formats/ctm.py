@@ -116,4 +116,3 @@ def _alignment(path: Path, name: str, rows: list[_Row], phones: bool) -> Alignme
         return Alignment([phone_tier(segments) if phones else word_tier(segments)])
     except DnnvssError as error:
         raise type(error)(error.problem, file=path, utterance=name, remedy=error.remedy) from error
-

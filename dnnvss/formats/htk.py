@@ -29,10 +29,10 @@ def read_lab(path: str | Path) -> Alignment:
     fourth column that holds a number on every line is a score and is left out. Other text there, or after the score, is
     the word that begins with this phone (HTK's second level) and gives the tier ``words``; ``_`` inside it stands for a
     space. A pause without a length is left out. HTS full-context labels give the phone in their middle; lines that are
-    states of one phone are that phone: a
-    number behind the label (``[2]`` to ``[6]``, as Merlin writes them, or ``_s2``), ``s2`` to ``s4`` with the phone
-    behind the first (HTK), or the same number of equal lines for every phone. Labels of ESPS (``END COLOUR
-    PHONE``, seconds, below a line ``#``, as Festival and CMU ARCTIC have them) are read too.
+    states of one phone are that phone: a number behind the label (``[2]`` to ``[6]``, as Merlin writes them, or
+    ``_s2``), ``s2`` to ``s4`` with the phone behind the first (HTK), or the same number of equal lines for every phone.
+    Labels of ESPS (``END COLOUR PHONE``, seconds, below a line ``#``, as Festival and CMU ARCTIC have them) are
+    read too.
 
     Raises:
         DnnvssError: unreadable, no line, a line that is not of this form, a gap, an overlap or an unknown phone; names

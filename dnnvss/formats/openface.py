@@ -52,8 +52,7 @@ def read_openface(path: str | Path, dimensions: int = 2) -> Landmarks:
     Where the file follows several faces, the one that is largest for longest is taken: a picture on the wall is small,
     and a tracker may be surer of it than of somebody who speaks. Frames are counted from
     1 in the file (from 0 where it has one of that number); one that has no row, or a last one that breaks off, is not
-    valid. Time stamps are read where
-    there is a column ``timestamp``.
+    valid. Time stamps are read where there is a column ``timestamp``.
 
     Args:
         path: the file.

@@ -4,29 +4,51 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.settings import shown
+from dnnvss.records import as_record
+from dnnvss.settings import setting, shown
 
 _REMEDY = "Train the run anew: overwrite=true"
 
 
 @dataclass(frozen=True)
-class Headlines:
-    """Correlations over speech of the first coefficients, by plain MLPG.
+class Validation:
+    """What is known without the test split, by which runs are chosen.
 
     Args:
-        test: on the test split; NaN where nothing moves in it.
-        validation: on the validation split, or on all sentences where they were left out in turn, in place of a test
-            split. NaN where nothing moves in them, and of runs of before, which do not keep it.
-        sentences: the ids of these sentences; none of runs of before.
+        headline: the correlation over speech of the first coefficients, by plain MLPG, on the validation split, or on
+            all sentences where they were left out in turn, in place of a test split. None where nothing moves in them.
+        sentences: the ids of the sentences that it is of.
+    """
+
+    headline: float | None = setting()
+    sentences: tuple[str, ...] = setting()
+
+
+@dataclass(frozen=True)
+class Headlines:
+    """What a run was worth.
+
+    Args:
+        test: the correlation on the test split; NaN where nothing moves in it.
+        known: without the test split; None of runs of before, which do not keep it.
     """
 
     test: float
-    validation: float = math.nan
-    sentences: tuple[str, ...] = ()
+    known: Validation | None = None
+
+    @property
+    def validation(self) -> float:
+        """The correlation by which runs are chosen, NaN where there is none."""
+        told = None if self.known is None else self.known.headline
+        return math.nan if told is None else told
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The ids of the sentences that :attr:`validation` is of, sorted."""
+        return () if self.known is None else tuple(sorted(self.known.sentences))
 
 
 def read_headlines(metrics: Path) -> Headlines:
@@ -38,20 +60,8 @@ def read_headlines(metrics: Path) -> Headlines:
     value = files.read_json(metrics, _REMEDY)
     if not isinstance(value, Mapping) or "headline" not in value:
         raise DnnvssError("headline is missing", file=metrics, remedy=_REMEDY)
-    test = _number(value["headline"], "headline", metrics)
-    if (chosen := value.get("validation")) is None:
-        return Headlines(test)
-    sentences = chosen.get("sentences") if isinstance(chosen, Mapping) else None
-    if not isinstance(sentences, list) or "headline" not in chosen:
-        raise DnnvssError(f"validation is {shown(chosen)}", file=metrics, remedy=_REMEDY)
-    return Headlines(test, _number(chosen["headline"], "validation.headline", metrics),
-                     tuple(sorted(map(str, sentences))))
-
-
-def _number(value: Any, name: str, metrics: Path) -> float:
-    """A number, NaN for None, which stands for it in files."""
-    if value is None:
-        return math.nan
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 2**63:
-        raise DnnvssError(f"{name} is {shown(value)}", file=metrics, remedy=_REMEDY)
-    return float(value)
+    test, known = value["headline"], value.get("validation")
+    if isinstance(test, bool) or not isinstance(test, int | float | None) or abs(test or 0) >= 2**63:
+        raise DnnvssError(f"headline is {shown(test)}", file=metrics, remedy=_REMEDY)
+    return Headlines(math.nan if test is None else float(test),
+                     None if known is None else as_record(Validation, known, metrics, _REMEDY, "validation"))

@@ -71,6 +71,7 @@ def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]]
     assert "may be chance" in judged(examples, 1.5, 8)[2]
     assert "gain over the means is -" in (loss := judged(examples, 9.0, 8)[2]) and "is not chance" in loss
     assert "worse than the mean of each phone" in judged(examples, 9.0, 8)[4]  # more speech would not mend it
+    assert "worse" not in judged(examples, 9.0, 4)[4]  # too few to say
     few = judged(examples, 0.1, 4)[2]
     assert "4 are too few" in few and "(" not in few
 
