@@ -203,11 +203,4 @@ def contrast(phones: Tier, sound: np.ndarray) -> float:
 
 def _moved(alignment: Alignment, late: float) -> Alignment:
     """Return the alignment ``late`` seconds ahead, over the stretch of time that it spanned before."""
-    start, end = alignment.start, alignment.end
-
-    def moved(tier: Tier) -> Tier:
-        rows = [s for s in tier.moved(-late) if start < s.end and s.start < end]
-        edges = [start, *(s.start for s in rows[1:]), end]
-        return Tier(tier.name, zip(edges[:-1], edges[1:], (s.label for s in rows), strict=True))
-
-    return Alignment(moved(tier) for tier in alignment.tiers) if late else alignment
+    return Alignment(tier.ahead(late) for tier in alignment.tiers) if late else alignment

@@ -203,11 +203,11 @@ def _export_rig(path: Path, settings: SpeakSettings, spoken: Spoken) -> list[Pat
 def _export_visemes(path: Path, settings: SpeakSettings, spoken: Spoken) -> Path:
     from dnnvss.export.visemes import write_cues
 
-    if spoken.plan.phones is None:
+    if spoken.face_phones is None:
         raise DnnvssError("a voice alone tells no phones, and visemes are phones as they are seen", file=path,
                           remedy="Give the text or an alignment")
     sound = Path(settings.out).with_suffix(".wav").name if spoken.plan.sound else ""
-    return write_cues(path, spoken.plan.phones, settings.viseme_list, sound)
+    return write_cues(path, spoken.face_phones, settings.viseme_list, sound)
 
 
 def _export_alignment(path: Path, spoken: Spoken) -> Path:

@@ -64,18 +64,17 @@ def spoken_take(spoken: Spoken, request: RigRequest) -> SpokenTake:
     take = Take({}, clock, request.start)
     match request.curves:
         case "oculus":
-            if spoken.plan.phones is None:
+            if spoken.face_phones is None:
                 raise DnnvssError(
                     "a voice alone tells no phones, and visemes are phones as they are seen",
                     remedy="Give the text or an alignment, or take rig_curves=arkit",
                 )
             return SpokenTake(
-                replace(take, curves=oculus_curves(spoken.plan.phones, clock, len(shown)))
+                replace(take, curves=oculus_curves(spoken.face_phones, clock, len(shown)))
             )
         case "plain":
             return SpokenTake(replace(take, curves=plain_curves(spoken.run, shown)))
-    phones = spoken.plan.phones
-    tongue = tongue_curves(phones, clock, len(shown)) if phones else {}
+    tongue = tongue_curves(spoken.face_phones, clock, len(shown)) if spoken.face_phones else {}
     return arkit_take(spoken.run, shown, take, tongue)
 
 

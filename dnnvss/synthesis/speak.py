@@ -24,7 +24,7 @@ from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.risks import Span, find_risks, key_risks, sound_risks, summary, unfamiliar, word_risks
 from dnnvss.synthesis.stage import Stage, open_stage
 from dnnvss.systems import Example
-from dnnvss.timing import Alignment, FrameClock
+from dnnvss.timing import Alignment, FrameClock, Tier
 from dnnvss.visemes import TIER
 
 OF_PHONES = ("closures", "contacts", "rest")
@@ -69,11 +69,18 @@ class Spoken:
         return ahead(self.movement, self.clock, self.request.anticipation)
 
     @cached_property
+    def face_phones(self) -> Tier | None:
+        """The phones as the face forms them, as far ahead of the sound as was asked; None where only a voice is
+        known."""
+        heard = self.plan.phones
+        return None if heard is None else heard.ahead(self.request.anticipation)
+
+    @cached_property
     def stage(self) -> Stage:
         """Where the face is drawn."""
         seconds, life = len(self.movement) / float(self.clock.rate), self.request.style.life > 0
         made = open_stage(self.run, self.request.scene, seconds, life)
-        return replace(made, phones=self.plan.phones)
+        return replace(made, phones=self.face_phones)
 
     @cached_property
     def shown(self) -> np.ndarray:

@@ -31,7 +31,7 @@ class Stage:
         notes: what the report of a synthesis says about it.
         remarks: what the user is told about it.
         pixel: width of a pixel of the pictures over its height.
-        phones: what is said, where it is known; the tongue of the head follows them.
+        phones: what the face says, where it is known; the tongue of the head follows them.
         living: what draws eyes and head that move, where the face is drawn into the run's own picture.
     """
 

@@ -100,6 +100,14 @@ class Tier:
         """Return the tier with every edge moved by ``seconds``."""
         return Tier(self.name, [(a + seconds, b + seconds, label) for a, b, label in self.segments])
 
+    def ahead(self, seconds: float) -> "Tier":
+        """The tier with every inner edge so many seconds earlier, over the stretch that it spans: what lies beyond its
+        ends goes, and the segments at its ends last as much longer."""
+        inner = np.clip(self.edges[1:-1] - seconds, self.start, self.end).tolist()
+        edges = [self.start, *inner, self.end]
+        rows = zip(edges[:-1], edges[1:], self.labels, strict=True)
+        return Tier(self.name, [(a, b, label) for a, b, label in rows if b > a])
+
     def renamed(self, labels: Iterable[str]) -> "Tier":
         """Return the tier with other labels on the same edges."""
         return Tier(self.name, [(s.start, s.end, new) for s, new in zip(self.segments, labels, strict=True)])

@@ -151,3 +151,11 @@ def test_tiers_are_added_and_replaced() -> None:
     assert replaced["words"].labels == ("b", "c")
     assert replaced["phones"] == phones
     assert (replaced.start, replaced.end) == (0, 1)
+
+
+def test_a_tier_ahead_keeps_its_span() -> None:
+    tier = Tier("phones", [(0.5, 0.75, "A"), (0.75, 1.0, "B"), (1.0, 2.0, "C")])
+    assert [tuple(s) for s in tier.ahead(0.25)] == [(0.5, 0.75, "B"), (0.75, 2.0, "C")]
+    assert [tuple(s) for s in tier.ahead(-0.5)] == [(0.5, 1.25, "A"), (1.25, 1.5, "B"), (1.5, 2.0, "C")]
+    assert [s.label for s in tier.ahead(9)] == ["C"] and [s.label for s in tier.ahead(-9)] == ["A"]
+    assert tier.ahead(0) == tier
