@@ -5,10 +5,11 @@ import math
 import shutil
 import sys
 import tempfile
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from hydra.core.hydra_config import HydraConfig
 from hydra.experimental.callback import Callback
@@ -20,6 +21,7 @@ from dnnvss.archives import read_arrays
 from dnnvss.commands.several import several_corpora
 from dnnvss.commands.train_settings import run_settings
 from dnnvss.commands.train_together import planned
+from dnnvss.commands.usage import INTERRUPTED, guarded
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.choice import settled
@@ -29,8 +31,12 @@ from dnnvss.runs.settings import RunSettings
 from dnnvss.staging import abandoned, held
 
 
+class Failed(float):
+    """What a job of a sweep that failed returns in place of what its run was worth: NaN, which that may be too."""
+
+
 def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig], float]:
-    """Return a job that, as part of a sweep, says what went wrong and returns NaN, so that the others are run."""
+    """Return a job that, as part of a sweep, says what went wrong and returns that it failed: the others are run."""
 
     @functools.wraps(function)
     def wrapped(config: DictConfig) -> float:
@@ -40,7 +46,7 @@ def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig],
             if not HydraConfig.initialized() or HydraConfig.get().mode != RunMode.MULTIRUN:
                 raise
             print(f"error: {error}\nthe sweep goes on without this run", file=sys.stderr)
-            return math.nan
+            return Failed(math.nan)
 
     return wrapped
 
@@ -51,6 +57,10 @@ class Notes(Callback):
     A launcher may run jobs in other processes or on other machines, each with a copy of the callback; the launching
     process reads what they leave. Without a multirun there is no folder (None).
     """
+
+    undone: ClassVar[list[str]] = []
+    """What a callback of the launching process could not do at the end. Of an error hydra would make a warning, and of
+    an exit the end of the callbacks behind it."""
 
     def __init__(self) -> None:
         self.notes: Path | None = None
@@ -91,13 +101,12 @@ class Notes(Callback):
 
 
 def _ended_well(job_return: Any) -> bool:
-    value = job_return.return_value if job_return.status.name == "COMPLETED" else math.nan
-    return not (isinstance(value, float) and math.isnan(value))
+    return job_return.status.name == "COMPLETED" and not isinstance(job_return.return_value, Failed)
 
 
 class NameFailures(Notes):
-    """Says at the end of a multirun which jobs failed, and lets the command fail. The first of the callbacks: it ends
-    the process after the others have done their work."""
+    """Says at the end of a multirun which jobs failed, and lets the command fail, also where another callback did. The
+    first of the callbacks: it ends the process after the others have done their work."""
 
     def on_job_end(self, config: DictConfig, job_return: Any, **kwargs: Any) -> None:
         """Note a job that failed."""
@@ -105,10 +114,15 @@ class NameFailures(Notes):
             self.note(config, job_return)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
-        """Name the jobs that failed."""
-        if failed := self.taken():
+        """Name the jobs that failed, and what else did."""
+        failed = self.taken()
+        if failed:
             names = "; ".join(" ".join(job["given"]) or "the only one" for job in failed)
             print(f"error: {len(failed)} run(s) of the sweep failed: {names}", file=sys.stderr)
+        for what in self.undone:
+            print(f"error: {what}", file=sys.stderr)
+        if failed or self.undone:
+            self.undone.clear()
             sys.exit(1)
 
 
@@ -131,15 +145,26 @@ class CompareRuns(Notes):
             self.note(config, job_return)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
-        """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs of a talker, and what else is asked for."""
+        """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs of a talker and split, and what is asked."""
+        try:
+            guarded(self._compare_all)()
+            return
+        except SystemExit as ended:  # the reason has been told
+            if ended.code == INTERRUPTED:
+                raise
+        except Exception:
+            traceback.print_exc()
+        self.undone.append("the runs of the sweep are there, and their comparison is not whole")
+
+    def _compare_all(self) -> None:
         jobs = self.taken()
         if len(jobs) < 2:
             return
-        talkers: dict[str, dict[str, RunSettings]] = {}
+        alike: dict[tuple[str, str], dict[str, RunSettings]] = {}
         for name, job in zip(what_differs([tuple(job["given"]) for job in jobs]), jobs, strict=True):
             for talker, own in trained(OmegaConf.create(job["config"]), job["given"]).items():
-                talkers.setdefault(talker, {})[name] = own
-        for told in talkers.values():
+                alike.setdefault((talker, own.split), {})[name] = own
+        for told in alike.values():
             if len(told) > 1:
                 self._compare(told, Path(jobs[0]["config"]["runs"]))
 

@@ -1,11 +1,17 @@
-"""What a sweep notes of its jobs, and what it deletes: its own notes, wherever they are to lie."""
+"""What a sweep notes of its jobs, and what it deletes: its own notes, wherever they are to lie; what makes it fail."""
 
+import math
+import pickle
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from omegaconf import OmegaConf
 
-from dnnvss.commands.sweep import CompareRuns, NameFailures, Notes
+from dnnvss.commands import sweep as module
+from dnnvss.commands.sweep import CompareRuns, Failed, NameFailures, Notes, sweepable
+from dnnvss.errors import DnnvssError
 
 
 @pytest.fixture(params=[NameFailures, lambda: CompareRuns("sweep")], ids=["failures", "comparison"])
@@ -36,3 +42,73 @@ def test_a_sweep_that_cannot_leave_notes_is_no_sweep(sweep: Notes, tmp_path: Pat
     (tmp_path / "file").write_text("mine")
     with pytest.raises(SystemExit, match=r"file.*hydra\.sweep\.dir"):
         sweep.on_multirun_start(OmegaConf.create({"hydra": {"sweep": {"dir": str(tmp_path / "file")}}}))
+
+
+def ended(sweep: Notes, there: Path, *values: float) -> None:
+    """A multirun of jobs that returned these, each noted as hydra does; the notes of its end are left to the caller."""
+    for number, value in enumerate(values):
+        config = OmegaConf.create({"hydra": {"job": {"num": number}, "sweep": {"dir": str(there)}}, "seed": number,
+                                   "runs": str(there)})
+        if not number:
+            sweep.on_multirun_start(config)
+        job: Any = SimpleNamespace(status=SimpleNamespace(name="COMPLETED"), return_value=value,
+                                   overrides=[f"seed={number}"])
+        sweep.on_job_end(config, pickle.loads(pickle.dumps(job)))  # a launcher may run it in another process
+
+
+def test_a_finished_run_that_is_worth_no_number_did_not_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                                             capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(module, "HydraConfig", SimpleNamespace(
+        initialized=lambda: True, get=lambda: SimpleNamespace(mode=module.RunMode.MULTIRUN)))
+
+    @sweepable
+    def job(config: Any) -> float:
+        if config:
+            raise DnnvssError("no corpus")
+        return math.nan
+
+    nothing_moved, failed = job(None), job({"a": 1})
+    assert math.isnan(nothing_moved) and math.isnan(failed)
+    names, compared = NameFailures(), CompareRuns("c")
+    for sweep in (names, compared):
+        ended(sweep, tmp_path, nothing_moved, failed)
+    assert [job["given"] for job in compared.taken()] == [["seed=0"]]
+    with pytest.raises(SystemExit):
+        names.on_multirun_end(OmegaConf.create({}))
+    assert "1 run(s) of the sweep failed: seed=1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("error", [DnnvssError("other sentences"), OSError(28, "No space left on device"), KeyError(3)])
+def test_a_comparison_that_fails_lets_the_sweep_fail_behind_the_names_of_failed_runs(
+        error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def trained(config: Any, given: Any) -> Any:
+        raise error
+
+    monkeypatch.setattr(module, "trained", trained)
+    names, compared = NameFailures(), CompareRuns("c")
+    for sweep in (names, compared):
+        ended(sweep, tmp_path, 0.5, 0.6, Failed(math.nan))
+    for sweep in (compared, names):  # hydra's order at the end
+        if sweep is compared:
+            sweep.on_multirun_end(OmegaConf.create({}))
+            continue
+        with pytest.raises(SystemExit) as exit_:
+            sweep.on_multirun_end(OmegaConf.create({}))
+        assert exit_.value.code == 1
+    told = capsys.readouterr().err
+    assert type(error).__name__ in told or "error: " in told.splitlines()[0]
+    assert told.splitlines()[-2:] == [
+        "error: 1 run(s) of the sweep failed: seed=2",
+        "error: the runs of the sweep are there, and their comparison is not whole"]
+    assert not Notes.undone  # another sweep of the process starts anew
+
+
+def test_runs_of_another_split_are_compared_by_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compared = CompareRuns("c")
+    monkeypatch.setattr(module, "trained", lambda config, given: {
+        "ann": SimpleNamespace(split="unseen" if config["seed"] % 2 else "")})
+    told: list[list[str]] = []
+    monkeypatch.setattr(compared, "_compare", lambda runs, where: told.append(list(runs)))
+    ended(compared, tmp_path, 0.5, 0.6, 0.7, 0.8)
+    compared.on_multirun_end(OmegaConf.create({}))
+    assert told == [["seed=0", "seed=2"], ["seed=1", "seed=3"]]
