@@ -38,11 +38,13 @@ class Curves:
         names: of the curves, as the file has them.
         values: (F, C) float64; NaN where the file holds no number.
         times: (F,) seconds of the time stamps, rising; None where the file has none.
+        counted: frames to the second of the time codes that the times are read from; None where they are no codes.
     """
 
     names: tuple[str, ...]
     values: np.ndarray
     times: np.ndarray | None = None
+    counted: int | None = None
 
 
 def read_curves(path: str | Path) -> Curves:
@@ -76,8 +78,8 @@ def read_curves(path: str | Path) -> Curves:
             for at, row in zip(places, rows, strict=True)
         ]
     )
-    times = (
-        None
+    times, base = (
+        (None, None)
         if stamp is None
         else _times(path, places, [row[stamp] for row in rows], low[stamp], number)
     )
@@ -86,7 +88,7 @@ def read_curves(path: str | Path) -> Curves:
     counted = next((i for i, name in enumerate(low) if name in _FRAMES), None)
     if times is None and counted is not None:
         values = spread_frames(path, places, [row[counted] for row in rows], values)
-    return Curves(tuple(names[i] for i in kept), values, times)
+    return Curves(tuple(names[i] for i in kept), values, times, base)
 
 
 def _bare(name: str) -> str:
@@ -228,10 +230,11 @@ def _times(
     texts: Sequence[str],
     kind: str,
     number: Callable[[str], float],
-) -> np.ndarray:
-    """The seconds (F,) of time stamps or time codes, rising."""
+) -> tuple[np.ndarray, int | None]:
+    """The seconds (F,) of time stamps or time codes, rising, and what frames to the second the codes count."""
+    base = None
     if kind == _TIMECODE:
-        times = _seconds(path, places, texts)
+        times, base = _seconds(path, places, texts)
     else:
         times = np.array(
             [cell(path, at, kind, text, number) for at, text in zip(places, texts, strict=True)]
@@ -245,11 +248,11 @@ def _times(
             file=path,
             remedy=_CSV,
         )
-    return np.asarray(times)
+    return np.asarray(times), base
 
 
-def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> np.ndarray:
-    """The seconds (F,) since midnight of time codes ``h:m:s:frame``."""
+def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> tuple[np.ndarray, int]:
+    """The seconds (F,) since midnight of time codes ``h:m:s:frame``, and the frames to the second."""
     found = [_CODE.fullmatch(text) for text in texts]
     for at, text, match in zip(places, texts, found, strict=True):
         if match is None:
@@ -268,4 +271,4 @@ def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> np.ndar
             file=path,
             remedy=_CSV,
         )
-    return parts @ np.array([3600.0, 60.0, 1.0, 1 / base])
+    return parts @ np.array([3600.0, 60.0, 1.0, 1 / base]), base

@@ -39,6 +39,15 @@ def test_a_take_comes_back(tmp_path, take, suffix):
     assert read.clock == take.clock and read.start == take.start
 
 
+@pytest.mark.parametrize("rate", ["23.976", "29.97", "59.94"])
+def test_frames_that_time_code_counts_to_a_whole_number_are_kept_at_the_true_rate(tmp_path, rate):
+    clock, track = FrameClock(rate), np.random.default_rng(0).random(2500)
+    path = write_take(tmp_path / "take.csv", Take({"jawOpen": track}, clock, TimeCode(1, 2, 3, 4)))
+    read = read_take(path, clock)
+    np.testing.assert_allclose(read.curves["JawOpen"], track, atol=1e-9)
+    assert read.clock == clock and read.start == TimeCode(1, 2, 3, 4)
+
+
 def test_another_rate_lies_on_the_lines_between(take):
     slow = at_rate(take, FrameClock(15))
     np.testing.assert_allclose(slow.curves["jawOpen"], take.curves["jawOpen"][::2], atol=1e-12)
