@@ -74,7 +74,7 @@ def read_mlf(path: str | Path) -> dict[str, Alignment]:
             raise DnnvssError(f"line {place - 1}: utterance {name!r} has no end", file=path, utterance=name or None,
                               remedy="End each utterance with a line of one dot, or get the whole file again")
         if match:
-            name, rows = re.sub(r"\.\w+$", "", match.group(1).split("/")[-1]), []
+            name, rows = re.sub(r"\.\w+$", "", re.split(r"[/\\]", match.group(1))[-1]), []
         elif line.strip() == ".":
             if name in found or not name:
                 raise DnnvssError(f"line {place}: utterance {name!r} ends here but is "

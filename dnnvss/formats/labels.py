@@ -13,12 +13,16 @@ _LONG = {"sil", "<sil>", "silence", "h#", "#h", "pau", "<s>", "</s>", "sent-star
          "silb", "sile"}
 _SHORT = {"sp", "<sp>", "ssil", "#"}
 _EMPTY = {"", "<eps>", "_", "-", "<p:>", "_:"}
-_NOISES = {"br", "cg", "lg", "ls", "ns", "<br>", "breath", "noise", "##", "nsn"}
+_NOISES = {"br", "cg", "lg", "ls", "ns", "breath", "noise", "vocnoise", "cough", "laugh", "laughter", "##", "nsn"}
 """Breaths, coughs, laughter, smacks and noises of the Penn aligner and others, which are no speech."""
-_WORD_PAUSES = (_LONG | _SHORT | _EMPTY | {f"{{{noise}}}" for noise in _NOISES}) - {"silence"}  # a word of English too
+_WORD_PAUSES = (_LONG | _SHORT | _EMPTY) - {"silence"}  # a word of English too
+_BRACKETS = re.compile(r"\[(.*)\]|<(.*)>|\{(.*)\}|\((.*)\)|\++([^+]*)\++")
+"""What stands round the name of a pause or a noise: ``[SIL]``, ``{BR}``, ``<NOISE>``, ``++BREATH++``."""
 PLACE = re.compile(r"_[BIES]$")
 """Where in its word a phone is, as Kaldi writes it."""
 _FULL_CONTEXT = re.compile(r"-([^-+^@/]+)\+")
+_HALF_CONTEXT = re.compile(r"([^-+]+)\+[^-+]+|[^-+]+-([^-+]+)")
+"""HTK's phones at the edges of a word: before the next phone, or behind the one before."""
 _ALIASES = {"AX": "AH", "AXR": "ER", "IX": "IH", "EL": "L", "EM": "M", "EN": "N", "DX": "T", "NX": "N", "HV": "HH",
             "UX": "UW", "AX-H": "AH", "ENG": "NG", "Q": "T", "EPI": "sp"}
 _CLOSURES = {"bcl": ("B",), "dcl": ("D", "JH"), "gcl": ("G",), "pcl": ("P",), "tcl": ("T", "CH"), "kcl": ("K",)}
@@ -35,7 +39,7 @@ def phone_of(label: str) -> str:
     Stress digits go, and so does Kaldi's place in the word; case does not matter, silences of HTK, TIMIT, Festival and
     the Montreal Forced Aligner are known,
     reduced vowels and syllabic consonants of TIMIT and Festival become their full phone, and from an HTS full-context
-    label or an HTK triphone the phone in the middle is taken.
+    label or an HTK triphone (``l-ow+d``, ``hh+ah``, ``l-ow``) the phone in the middle is taken.
 
     Raises:
         DnnvssError: the label is none of these.
@@ -43,16 +47,19 @@ def phone_of(label: str) -> str:
     middle = _FULL_CONTEXT.search(label)
     name = PLACE.sub("", (middle.group(1) if middle else label).strip())
     lower = name.lower()
-    if lower in _EMPTY:
+    pause = lower if lower in _LONG | _SHORT | _EMPTY else _bracketed(lower) or lower
+    if pause in _EMPTY:
         return ""
-    if lower in _LONG or lower in _NOISES:
+    if pause in _LONG | _NOISES:
         return SILENCE
-    if lower in _SHORT:
+    if pause in _SHORT:
         return SHORT_PAUSE
     phone = strip_stress(name.upper())
     phone = _CLOSURES[lower][0] if lower in _CLOSURES else _ALIASES.get(phone, phone)
     if phone in PHONES:
         return phone
+    if half := _HALF_CONTEXT.fullmatch(name):
+        return phone_of(half[1] or half[2])
     if lower == "spn":
         raise UnknownWordError("phone 'spn' marks a word that the aligner did not know",
                                remedy="Add the word to the aligner's dictionary and align again")
@@ -62,7 +69,15 @@ def phone_of(label: str) -> str:
 
 def is_pause(label: str) -> bool:
     """Whether a label of a phone is a name of silence or of a noise, or nothing."""
-    return label.strip().lower() in _EMPTY | _LONG | _SHORT | _NOISES
+    lower = label.strip().lower()
+    return lower in _EMPTY | _LONG | _SHORT | _NOISES or bool(_bracketed(lower))
+
+
+def _bracketed(lower: str) -> str:
+    """The name of a pause or a noise in brackets, without them; nothing of any other label."""
+    match = _BRACKETS.fullmatch(lower)
+    name = next(filter(None, match.groups()), "") if match else ""
+    return name if name in _LONG | _SHORT | _NOISES else ""
 
 
 def phones_of(labels: Iterable[str]) -> Callable[[str], tuple[str, ...]]:
@@ -98,7 +113,8 @@ def _reads(reader: Callable[[str], tuple[str, ...]], label: str) -> bool:
 def word_of(label: str) -> str:
     """Return the word of a label; ``""`` for any name of a pause."""
     name = label.strip()
-    return "" if name.lower() in _WORD_PAUSES else name
+    lower = name.lower()
+    return "" if lower in _WORD_PAUSES or _bracketed(lower) else name
 
 
 def phone_tier(segments: list[Segment]) -> Tier:

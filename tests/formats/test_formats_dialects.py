@@ -27,6 +27,28 @@ def test_noises_of_the_penn_aligner_are_silence() -> None:
     assert [word_of(w) for w in ("{BR}", "{lg}", "sp", "HI")] == ["", "", "", "HI"]
 
 
+def test_pauses_and_noises_in_brackets_are_silence(tmp_path: Path) -> None:
+    """Charsiu writes ``[SIL]`` into both tiers, Sphinx ``++BREATH++``, Buckeye ``<LAUGH>``; ``[UNK]`` is no pause."""
+    assert labels("[SIL]", "HH", "AY1", "<LAUGH>", "++BREATH++") == [(0.0, "sil"), (0.1, "HH"), (0.2, "AY"),
+                                                                     (0.3, "sil")]
+    assert [word_of(w) for w in ("[SIL]", "<NOISE>", "+COUGH+", "[UNK]", "noise")] == ["", "", "", "[UNK]", "noise"]
+    with pytest.raises(DnnvssError, match=r"unknown phone '\[UNK\]'"):
+        labels("[SIL]", "[UNK]", "AY1")
+
+
+def test_phones_with_one_neighbour_are_those_of_htk(tmp_path: Path) -> None:
+    """Triphones within words have one neighbour at either end; a hyphen of TIMIT's own stays."""
+    assert [phone for _, phone in labels("sil", "hh+ah", "hh-ah+l", "ah-l+ow", "l-ow", "ax-h", "sil")] == [
+        "sil", "HH", "AH", "L", "OW", "AH", "sil"]
+
+
+def test_master_labels_of_windows_are_found_by_name(tmp_path: Path) -> None:
+    path = tmp_path / "all.mlf"
+    lines = ["0 5000000 sil", "5000000 6000000 hh", "6000000 7000000 ay", "7000000 9000000 sil"]
+    path.write_text("#!MLF!#\n" + "".join(f'"C:\\data\\{name}.lab"\n' + "\n".join(lines) + "\n.\n" for name in "ab"))
+    assert read_alignment(path, "b")["phones"].labels == ("sil", "HH", "AY", "sil")
+
+
 def test_the_label_that_no_alphabet_has_is_named() -> None:
     with pytest.raises(DnnvssError, match="'6' is no sound"):
         labels("h", "@", "l", "@U", "6", "3:", "tS")
