@@ -62,7 +62,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
 
     A video of more than a minute with a transcript of more than 40 words, or one of any length with subtitles
     (``ID.srt``, ``ID.vtt``) or word times (``ID.csv`` with the columns start, end, word, ``ID.TextGrid``, ``ID.ctm``,
-    ``ID.json`` of a speech recogniser) in place of a transcript, is cut into utterances at pauses
+    ``ID.json`` or ``ID.tsv`` of a speech recogniser) in place of a transcript, is cut into utterances at pauses
     (:mod:`data_prep.long`).
 
     A recording without video is ``ID.csv`` or ``ID.npz`` (or a folder ``ID`` of .pts files) beside ``ID.txt``. Its

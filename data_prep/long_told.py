@@ -38,9 +38,9 @@ def _timed(shelf: Shelf, name: str) -> Path | None:
     """What tells when words of a recording are said."""
     if (found := shelf.get(name, *TIMED)) is not None:
         return found
-    table = shelf.get(name, ".csv")
-    if table is not None and is_words_csv(table):
-        return table
+    for table in (shelf.get(name, ".csv"), shelf.get(name, ".tsv")):
+        if table is not None and is_words_csv(table):
+            return table
     return next((path for path in (shelf.get(name, ".textgrid"), shelf.get(name, ".ctm")) if has_tier(path, "words")),
                 None)
 

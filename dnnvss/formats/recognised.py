@@ -1,4 +1,4 @@
-"""What speech recognisers write: words or sentences and their times, in JSON of many shapes."""
+"""What speech recognisers write: words or sentences and their times, in JSON of many shapes and in Whisper's table."""
 
 import json
 import re
@@ -9,6 +9,7 @@ from typing import Any
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
+from dnnvss.formats.numbers import whole
 from dnnvss.formats.pace import check_cues
 from dnnvss.formats.recognisers import SHAPES, Row
 from dnnvss.formats.unsaid import without_remarks
@@ -16,6 +17,7 @@ from dnnvss.formats.unsaid import without_remarks
 _REMEDY = ("Give the JSON of Whisper, WhisperX, whisper.cpp, Vosk, Deepgram, AWS, Azure, Google, Watson, "
            "AssemblyAI, Speechmatics, Rev, Gentle or the Montreal Forced Aligner, or write "
            'a list [{"start": 0.5, "end": 0.9, "text": "word"}, ...]')
+_TABLE = "Write the line start, end, text and a line a sentence, times in milliseconds, with tabs between"
 _LAST = 1e6  # seconds
 
 
@@ -40,6 +42,29 @@ def read_recognised(path: str | Path) -> tuple[Cue, ...]:
             spoken = ((a, b, " ".join(without_remarks(str(text)).split()), unit) for a, b, text, unit in found)
             return check_cues(tuple(_cue(row, path) for row in spoken if row[2]), path)
     raise DnnvssError("holds no words with times in a shape that is known", file=path, remedy=_REMEDY)
+
+
+def read_whisper_table(path: str | Path) -> tuple[Cue, ...]:
+    """The sentences in the ``.tsv`` that Whisper writes: start, end and text between tabs, in milliseconds.
+
+    Raises:
+        DnnvssError: unreadable, a line that is not of this form, no words, or times in another unit; names file and
+            line.
+    """
+    path = Path(path)
+    found = []
+    for place, line in enumerate(files.read_text(path, _TABLE).split("\n")[1:], start=2):
+        if not line.strip():
+            continue
+        try:
+            start, end, text = line.split("\t", 2)
+            found.append(_cue((whole(start), whole(end), " ".join(without_remarks(text).split()), 1000.0), path))
+        except ValueError as error:
+            raise DnnvssError(f"line {place}: {line.strip()[:80]!r} is not START END TEXT", file=path,
+                              remedy=_TABLE) from error
+    if not (said := tuple(cue for cue in found if cue.text)):
+        raise DnnvssError("holds no word", file=path, remedy=_TABLE)
+    return check_cues(said, path)
 
 
 def _values(path: Path) -> Any:

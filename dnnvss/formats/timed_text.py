@@ -9,7 +9,7 @@ from dnnvss.formats.alignments import read_alignment
 from dnnvss.formats.cues import Cue
 from dnnvss.formats.labels import word_of
 from dnnvss.formats.pace import check_cues
-from dnnvss.formats.recognised import read_recognised
+from dnnvss.formats.recognised import read_recognised, read_whisper_table
 from dnnvss.formats.rows import table_rows
 from dnnvss.formats.stamped_text import stamped_cues
 from dnnvss.formats.subtitles import read_subtitles
@@ -24,7 +24,7 @@ TIMED = (*SUBTITLES, ".json")
 
 
 def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
-    """What is said and about when: subtitles, word times (CSV, TextGrid, CTM, a recogniser's JSON), or plain text.
+    """What is said and about when: subtitles, times of words (CSV, TSV, TextGrid, CTM, a recogniser's JSON), or text.
 
     A plain text gives a cue a line, without times where its lines have none.
 
@@ -37,7 +37,9 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
             return read_subtitles(path)
         case ".json":
             return read_recognised(path)
-        case ".csv":
+        case ".tsv" if _is_whispers(path):
+            return read_whisper_table(path)
+        case ".csv" | ".tsv":
             return check_cues(_words(read_words_csv(path)["words"], path), path)
         case ".textgrid" | ".ctm":
             grid = read_alignment(path, path.stem)
@@ -48,16 +50,26 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
             text = files.read_text(path, "Write the words of the recording there")
             return _stamped(text) or tuple(Cue(None, None, line) for line in spoken_lines(text, path.stem))
     raise DnnvssError(f"text of the kind {path.suffix!r} is not understood", file=path,
-                      remedy="Use .srt, .vtt, .txt, .json, .csv (start,end,word), .ctm or .TextGrid")
+                      remedy="Use .srt, .vtt, .txt, .json, .csv or .tsv (start,end,word), .ctm or .TextGrid")
 
 
 def is_words_csv(path: Path) -> bool:
-    """Whether a CSV is a table of words and not of landmarks, by its first line."""
+    """Whether a table is one of words and not of landmarks, by its first line."""
+    rows, _ = table_rows(_head(path))
+    return bool(rows) and columns_of(rows[0][1]) is not None
+
+
+def _is_whispers(path: Path) -> bool:
+    """Whether a table is as Whisper writes it, by its first line."""
+    return _head(path).partition("\n")[0].strip().lower().split("\t") == ["start", "end", "text"]
+
+
+def _head(path: Path) -> str:
+    """The first lines of a file."""
     with path.open("rb") as file:
         head = file.read(_FIRST)
     lines = head.decode(files.text_encoding(head), "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
-    rows, _ = table_rows(lines.rpartition("\n")[0] or lines)
-    return bool(rows) and columns_of(rows[0][1]) is not None
+    return lines.rpartition("\n")[0] or lines
 
 
 _FIRST = 4096

@@ -85,6 +85,7 @@ def test_nothing_is_done_twice_and_another_text_is_refused(filmed: tuple[Path, l
     ({"a.txt"}, "one line", 90, None), ({"a.txt"}, "word " * 50, 3, None), ({"a.txt"}, "word " * 50, 90, "a.txt"),
     ({"a.srt"}, "", 3, "a.srt"), ({"a.txt", "a.vtt"}, "one line", 90, None),
     ({"a.txt", "a.vtt"}, "word " * 50, 90, "a.vtt"), ({"a.csv"}, "start,end,word\n0,1,hi\n", 3, "a.csv"),
+    ({"a.tsv"}, "start\tend\ttext\n0\t900\thi\n", 3, "a.tsv"), ({"a.tsv"}, "id\tx\n1\t2\n", 3, None),
     ({"a.csv", "a.txt"}, "one line", 3, None), (set(), "", 90, None), ({"a.lab"}, "word " * 50, 90, "a.lab"),
     ({"a.TextGrid"}, "", 3, None)])
 def test_a_recording_is_long_by_what_lies_beside_it_and_its_length(

@@ -216,6 +216,18 @@ def test_values_on_lines_are_a_list_and_milliseconds_are_refused(tmp_path: Path)
             read_timed_text(written(tmp_path, name, text))
 
 
+def test_whispers_table_is_in_milliseconds(tmp_path: Path) -> None:
+    """A quotation mark in it is a part of the text; a sentence without a length is one too."""
+    path = tmp_path / "a.tsv"
+    path.write_text('start\tend\ttext\n0\t1200\t"Hello," she said.\n1200\t1200\tYes.\n1500\t2500\t[Music]\n')
+    assert read_timed_text(path) == (Cue(0, 1.2, '"Hello," she said.'), Cue(1.2, 1.2, "Yes."))
+    path.write_text("start\tend\ttext\n0.5\t1200\thello\n")
+    with pytest.raises(DnnvssError, match=r"line 2: .* is not START END TEXT"):
+        read_timed_text(path)
+    path.write_text("start\tend\tword\n0.5\t0.9\thello\n0.9\t1.2\tyou\n")
+    assert [cue.start for cue in read_timed_text(path)] == [0.5, 0.9]
+
+
 @pytest.mark.parametrize("value", [{}, [], {"segments": []}, 3, [{"start": "soon", "end": 1, "text": "a"}],
                                    [{"start": 2, "end": 1, "text": "a"}], {"landmarks": [[1, 2]]},
                                    {"results": [{"start_time": 1, "end_time": 2, "alternatives": [{"content": "a"}]},
