@@ -69,6 +69,7 @@ def main(arguments: Sequence[str]) -> int:
             "dnnvss rig needs a take and --out", remedy="dnnvss rig TAKE.csv --out take.mp4"
         )
     _check(options.out, options.height, options.turn)
+    files.check_writable(options.out)
     files.check_apart(
         options.out, [p for p in (options.take, options.head, options.points, options.sound) if p]
     )
@@ -101,6 +102,7 @@ def _write(options: Namespace) -> None:
     take = read_take(given["take"], clock)
     if given["timecode"]:
         take = replace(take, start=TimeCode.from_setting(given["timecode"], "--timecode"))
+        take.start.base(take.clock)  # refused before a video is drawn
     moved = any(path.suffix.lower() in (_VIDEO, ".glb") for path in given["out"])
     if moved:
         take = replace(take, head=_head(given["head"], given["points"]))

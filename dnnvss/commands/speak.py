@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from omegaconf import DictConfig
@@ -28,9 +29,12 @@ from dnnvss.synthesis.footage import read_footage
 from dnnvss.synthesis.outputs import write_spoken
 from dnnvss.synthesis.plan import check_alignment
 from dnnvss.synthesis.request import Recording, Scene, SpeakRequest, check_views
-from dnnvss.synthesis.speak import Spoken, speak
+from dnnvss.synthesis.speak import Spoken, named_gauges, speak
 from dnnvss.text.overrides import read_overrides
 from dnnvss.timing import Alignment
+
+if TYPE_CHECKING:  # a head is loaded when one is to be written
+    from dnnvss.synthesis.rig import RigRequest
 
 COMMAND = SettingsCommand("speak", "synth", SpeakSettings, bare="text", literal=True)
 
@@ -59,6 +63,7 @@ def synthesise(config: DictConfig) -> None:
 def _spoken(settings: SpeakSettings, run: Run) -> Spoken:
     """What is said; where curves came back edited, once more with the keys that hold what was changed."""
     request = read_request(settings, run)
+    check_exports(settings, run, request)
     spoken = speak(run, request)
     if not settings.import_curves:
         return spoken
@@ -165,12 +170,37 @@ def _alignment(path: Path, text: str, recording: Recording | None) -> Alignment:
         raise DnnvssError(error.problem, file=path, remedy=error.remedy) from error
 
 
-def write_exports(settings: SpeakSettings, spoken: Spoken) -> list[Path]:
-    """Write the keys, times and curves that are asked for, and return their paths.
+def check_exports(settings: SpeakSettings, run: Run, request: SpeakRequest) -> None:
+    """Refuse exports that what is going to be spoken cannot be written as.
 
     Raises:
-        DnnvssError: keys of nothing, or a suffix that is not known.
+        DnnvssError: keys of nothing, phones of a voice alone, or curves, a time code or a kind of file that does not go
+            with the face or the rate.
     """
+    if settings.export_keys:
+        named_gauges(run, settings.key_names)
+    if settings.export_alignment and request.wordless and Path(settings.export_alignment).suffix.lower() != ".textgrid":
+        raise DnnvssError("a voice alone tells no phones, and this format holds nothing else",
+                          file=settings.export_alignment,
+                          remedy="Name it FILE.TextGrid, or give the text or an alignment")
+    if settings.export_rig:
+        from dnnvss.synthesis.rig import check_take
+
+        check_take(Path(settings.export_rig), run, rig_request(settings), request)
+    if settings.export_visemes and request.wordless:
+        raise DnnvssError("a voice alone tells no phones, and visemes are phones as they are seen",
+                          file=settings.export_visemes, remedy="Give the text or an alignment")
+
+
+def rig_request(settings: SpeakSettings) -> "RigRequest":
+    """How a take is to be written."""
+    from dnnvss.synthesis.rig import RigRequest
+
+    return RigRequest(settings.rig_curves, settings.rig_rate, settings.rig_timecode)
+
+
+def write_exports(settings: SpeakSettings, spoken: Spoken) -> list[Path]:
+    """Write the keys, times and curves that are asked for, and return their paths."""
     written = []
     if settings.export_keys:
         written.append(write_keys(settings.export_keys, spoken.keys(settings.key_names, settings.key_positions)))
@@ -190,10 +220,9 @@ def write_exports(settings: SpeakSettings, spoken: Spoken) -> list[Path]:
 def _export_rig(path: Path, settings: SpeakSettings, spoken: Spoken) -> list[Path]:
     """Write the take, print how well it fits, and draw that beside it."""
     from dnnvss.export.take import write_take
-    from dnnvss.synthesis.rig import RigRequest, plot_fit, spoken_take
+    from dnnvss.synthesis.rig import plot_fit, spoken_take
 
-    request = RigRequest(settings.rig_curves, settings.rig_rate, settings.rig_timecode)
-    made = spoken_take(spoken, request)
+    made = spoken_take(spoken, rig_request(settings))
     if lines := made.remarks():
         print("\n".join(lines))
     plot = plot_fit(path.with_name(f"{path.stem}.fit.png"), made, spoken)
@@ -203,9 +232,7 @@ def _export_rig(path: Path, settings: SpeakSettings, spoken: Spoken) -> list[Pat
 def _export_visemes(path: Path, settings: SpeakSettings, spoken: Spoken) -> Path:
     from dnnvss.export.visemes import write_cues
 
-    if spoken.face_phones is None:
-        raise DnnvssError("a voice alone tells no phones, and visemes are phones as they are seen", file=path,
-                          remedy="Give the text or an alignment")
+    assert spoken.face_phones is not None
     sound = Path(settings.out).with_suffix(".wav").name if spoken.plan.sound else ""
     return write_cues(path, spoken.face_phones, settings.viseme_list, sound)
 
@@ -214,9 +241,6 @@ def _export_alignment(path: Path, spoken: Spoken) -> Path:
     """Write the times in the format of the suffix, HTS full-context labels for ``.full.lab``."""
     from dnnvss.text.full_context import write_full_context
 
-    if spoken.plan.phones is None and path.suffix.lower() != ".textgrid":
-        raise DnnvssError("a voice alone tells no phones, and this format holds nothing else", file=path,
-                          remedy="Name it FILE.TextGrid, or give the text or an alignment")
     if path.name.lower().endswith(".full.lab"):
         return write_full_context(path, spoken.plan.alignment, spoken.plan.text)
     return write_alignment(path, spoken.plan.alignment)

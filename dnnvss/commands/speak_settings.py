@@ -4,13 +4,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.export.take import CURVES, check_take_file
 from dnnvss.export.timecode import TimeCode
 from dnnvss.export.visemes import SUFFIXES, check_cue_file
+from dnnvss.formats import check_alignment_file
 from dnnvss.runs.talkers import is_together
 from dnnvss.settings import setting
 from dnnvss.speech.engines.choice import ENGINES
+from dnnvss.style import check_keys_file
 from dnnvss.style.generator import StyleSettings
 from dnnvss.synthesis.footage import footage_files
 from dnnvss.synthesis.outputs import SOUND, beside
@@ -128,6 +131,11 @@ def check_files(settings: SpeakSettings) -> None:
             raise DnnvssError(f"{name}={clock.rate} is too much", remedy=f"Give {_MOST_FRAMES} at most")
     if settings.export_edits and not settings.import_curves:
         raise DnnvssError("export_edits needs curves that were edited", remedy="Give them as import_curves=FILE")
+    for path in (settings.export_keys, settings.export_edits):
+        if path:
+            check_keys_file(path)
+    if settings.export_alignment:
+        check_alignment_file(settings.export_alignment)
     if settings.export_rig:
         check_take_file(Path(settings.export_rig))
     if settings.export_visemes:
@@ -136,7 +144,7 @@ def check_files(settings: SpeakSettings) -> None:
 
 
 def _check_places(settings: SpeakSettings) -> None:
-    """Refuse an output that is an input, links followed, or another output.
+    """Refuse an output that is an input, links followed, or another output, and one that cannot be written.
 
     The sound beside the video is no output where it is the recording that is read: then it stays as it is.
     """
@@ -155,3 +163,4 @@ def _check_places(settings: SpeakSettings) -> None:
     for place in places:
         if places.count(place) > 1:
             raise DnnvssError("two outputs have this name", file=place, remedy="Name one of them otherwise")
+    files.check_writable(written)

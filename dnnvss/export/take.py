@@ -53,17 +53,27 @@ class Take:
         return np.array([self.clock.seconds(k) for k in range(self.frames)])
 
 
-def check_take_file(path: Path) -> None:
-    """Refuse the name of a file of another kind.
+def check_take_file(path: Path, head: bool = True) -> None:
+    """Refuse the name of a file of another kind, and a mesh where there is none.
+
+    Args:
+        path: of the file.
+        head: whether the curves move a head.
 
     Raises:
-        DnnvssError: its suffix is none of :data:`SUFFIXES`.
+        DnnvssError: its suffix is none of :data:`SUFFIXES`, or ``.glb`` without a head.
     """
     if path.suffix.lower() not in SUFFIXES:
         raise DnnvssError(
             f"a rig cannot be written as {path.suffix or 'a file without suffix'}",
             file=path,
             remedy="Name it .csv (Live Link Face), .json or .glb (glTF)",
+        )
+    if path.suffix.lower() == ".glb" and not head:
+        raise DnnvssError(
+            "no head is moved by these curves, so that there is no mesh to write",
+            file=path,
+            remedy="Write .json or .csv, or take rig_curves=arkit",
         )
 
 
@@ -77,18 +87,13 @@ def write_take(path: Path, take: Take) -> Path:
     Raises:
         DnnvssError: another suffix, or a ``.glb`` of curves that no head belongs to.
     """
-    check_take_file(path)
+    check_take_file(path, take.head is not None)
     match path.suffix.lower():
         case ".csv":
             return _write_csv(path, take)
         case ".json":
             return _write_json(path, take)
-    if take.head is None:
-        raise DnnvssError(
-            "no head is moved by these curves, so that there is no mesh to write",
-            file=path,
-            remedy="Write .json or .csv, or take rig_curves=arkit",
-        )
+    assert take.head is not None
     from dnnvss.face.mesh.gltf_write import write_glb
     from dnnvss.face.mesh.turns import Turns
 

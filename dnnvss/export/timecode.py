@@ -42,11 +42,11 @@ class TimeCode:
             raise DnnvssError(f"{where}={value!r} is no time code", remedy=_REMEDY)
         return cls(*parts)
 
-    def codes(self, frames: int, clock: FrameClock) -> list[str]:
-        """The time codes of so many frames; midnight is passed.
+    def base(self, clock: FrameClock) -> int:
+        """How many frames a second are counted.
 
         Raises:
-            DnnvssError: the first frame's number is not below the rate.
+            DnnvssError: the first frame's number is not below that.
         """
         base = max(1, round(float(clock.rate)))
         if self.frame >= base:
@@ -54,6 +54,15 @@ class TimeCode:
                 f"the time code begins with frame {self.frame}, and there are {base} a second",
                 remedy=_REMEDY,
             )
+        return base
+
+    def codes(self, frames: int, clock: FrameClock) -> list[str]:
+        """The time codes of so many frames; midnight is passed.
+
+        Raises:
+            DnnvssError: the first frame's number is not below the rate.
+        """
+        base = self.base(clock)
         first = (self.hours * 60 + self.minutes) * 60 + self.seconds
         count = first * base + self.frame + np.arange(frames)
         seconds, frame = np.divmod(count, base)

@@ -2,7 +2,7 @@
 
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -95,6 +95,20 @@ def together(mark: str | Path) -> Iterator[FileSet]:
         if current.get() is group:
             current.reset(token)
         group.discard()
+
+
+def check_writable(paths: Iterable[Path]) -> None:
+    """Refuse outputs that cannot be written, before the work that they are to hold. Nothing is made.
+
+    Raises:
+        DnnvssError: one is a folder, or its folder is a file or does not let files be written.
+    """
+    for path in paths:
+        above = next(folder for folder in path.absolute().parents if os.path.lexists(folder))
+        number = (errno.EISDIR if path.is_dir() else errno.ENOTDIR if not above.is_dir()
+                  else 0 if os.access(above, os.W_OK | os.X_OK) else errno.EACCES)
+        if number:
+            raise _unwritten(path, OSError(number, os.strerror(number)))
 
 
 def make_folder(path: str | Path) -> Path:

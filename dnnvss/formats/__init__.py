@@ -1,6 +1,6 @@
 """Files that other tools use: alignments, landmarks, markers and curves, in and out. Knows nothing of models."""
 
-from dnnvss.formats.alignments import read_alignment, spanning, write_alignment
+from dnnvss.formats.alignments import check_alignment_file, read_alignment, spanning, write_alignment
 from dnnvss.formats.c3d import read_c3d
 from dnnvss.formats.cues import Cue, in_order
 from dnnvss.formats.curves import Curves, read_curves, write_curves
@@ -37,6 +37,7 @@ __all__ = [
     "Landmarks",
     "Markers",
     "Marks",
+    "check_alignment_file",
     "check_times",
     "common_rate",
     "in_order",

@@ -1,6 +1,6 @@
 """Reading and writing an alignment by the suffix of its file."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import lru_cache
 from pathlib import Path
 
@@ -77,25 +77,36 @@ def _one(found: Mapping[str, Alignment], path: Path, utterance: str | None) -> A
                       remedy=f"Name one of them, e.g. {next(iter(found), 'none is there')}")
 
 
+_WRITERS: Mapping[str, Callable[[Path, Alignment], Path]] = {
+    ".textgrid": write_textgrid,
+    ".lab": write_lab,
+    ".mlf": lambda path, alignment: write_mlf(path, {path.stem: alignment}),
+    ".csv": write_words_csv,
+    ".align": lambda path, alignment: write_grid_align(path, alignment["words"]),
+}
+"""How an alignment is written, by suffix."""
+
+
+def check_alignment_file(path: str | Path) -> None:
+    """Refuse the name of a file that no alignment is written as.
+
+    Raises:
+        DnnvssError: another suffix.
+    """
+    if (suffix := Path(path).suffix).lower() not in _WRITERS:
+        raise DnnvssError(f"alignments of the kind {suffix!r} cannot be written", file=path,
+                          remedy="Use .TextGrid, .lab (HTK), .mlf (HTK), .csv (words) or .align (GRID)")
+
+
 def write_alignment(path: str | Path, alignment: Alignment) -> Path:
     """Write an alignment in the format that the suffix names (``.csv`` holds the words) and return the path.
 
     Raises:
         DnnvssError: another suffix.
     """
+    check_alignment_file(path)
     path = Path(path)
-    match path.suffix.lower():
-        case ".textgrid":
-            return write_textgrid(path, alignment)
-        case ".lab":
-            return write_lab(path, alignment)
-        case ".mlf":
-            return write_mlf(path, {path.stem: alignment})
-        case ".align":
-            return write_grid_align(path, alignment["words"])
-        case ".csv":
-            return write_words_csv(path, alignment)
-    raise DnnvssError(f"alignments of the kind {path.suffix!r} cannot be written", file=path, remedy=_KNOWN)
+    return _WRITERS[path.suffix.lower()](path, alignment)
 
 
 def spanning(alignment: Alignment, duration: float, tolerance: float = 0.1) -> Alignment:

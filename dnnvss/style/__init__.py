@@ -9,9 +9,18 @@ Generation is a chain of functions on arrays, each of which may be left out; :fu
 """
 
 from dnnvss.style.generation import Style, generate
-from dnnvss.style.keys import Key, coefficients, key_constraints, read_keys, sample_keys, write_keys
+from dnnvss.style.keys import (
+    Key,
+    check_keys_file,
+    coefficients,
+    key_constraints,
+    read_keys,
+    sample_keys,
+    write_keys,
+)
 from dnnvss.style.rules import PhoneRule, closure, level, phone_extremes, rest_in_silence, teeth_contact
 from dnnvss.style.talker import Talker
 
-__all__ = ["Key", "PhoneRule", "Style", "Talker", "closure", "coefficients", "generate", "key_constraints", "level",
-           "phone_extremes", "read_keys", "rest_in_silence", "sample_keys", "teeth_contact", "write_keys"]
+__all__ = ["Key", "PhoneRule", "Style", "Talker", "check_keys_file", "closure", "coefficients", "generate",
+           "key_constraints", "level", "phone_extremes", "read_keys", "rest_in_silence", "sample_keys", "teeth_contact",
+           "write_keys"]

@@ -163,7 +163,7 @@ def write_keys(path: str | Path, keys: Sequence[Key]) -> Path:
         DnnvssError: another suffix.
     """
     rows = [{name: _written(getattr(key, name)) for name in _COLUMNS} for key in keys]
-    if _kind(path) == ".json":
+    if check_keys_file(path) == ".json":
         return files.write_json(path, rows)
     text = io.StringIO()
     writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
@@ -178,7 +178,7 @@ def read_keys(path: str | Path) -> list[Key]:
     Raises:
         DnnvssError: the file is missing or damaged, or a line lacks what it needs; the message gives the line.
     """
-    if _kind(path) == ".json":
+    if check_keys_file(path) == ".json":
         rows = files.read_json(path, _REMEDY)
         if not isinstance(rows, list):
             raise DnnvssError("holds no list of keys", file=path, remedy=_REMEDY)
@@ -207,7 +207,12 @@ def _table(path: Path) -> list[dict[str, str]]:
     return [{name: re.sub(r"(?<=\d),(?=\d)", ".", cell) if points else cell for name, cell in row} for row in named]
 
 
-def _kind(path: str | Path) -> str:
+def check_keys_file(path: str | Path) -> str:
+    """The suffix of a file of keys.
+
+    Raises:
+        DnnvssError: it is another one.
+    """
     suffix = Path(path).suffix.lower()
     if suffix not in (".csv", ".json"):
         raise DnnvssError(f"keys cannot be kept as {suffix or 'a file without suffix'}", file=path,

@@ -83,9 +83,9 @@ def _planned(run: Run, request: SpeakRequest) -> Plan:
     if request.alignment is not None:
         plan = given(run, request, request.alignment)
         return plan if request.recording else spoken(plan, request, lambda: parsed(run, request, plan.text))
+    if request.wordless and request.recording:
+        return overheard(run, request.recording)
     if not request.text.strip():
-        if request.recording:
-            return overheard(run, request.recording)
         raise DnnvssError("nothing to say: text is empty", remedy='Give text="...", wav=FILE or alignment=FILE')
     sentence = parsed(run, request, request.text)
     if request.recording:

@@ -134,6 +134,11 @@ class SpeakRequest:
         return tuple(name for name, given in asked.items() if given)
 
     @property
+    def wordless(self) -> bool:
+        """Whether a voice alone is given, of which nobody knows words or phones."""
+        return self.recording is not None and self.alignment is None and not self.text.strip()
+
+    @property
     def by_recordings(self) -> bool:
         """Whether the corpus's own recordings are to be heard."""
         return self.engine == CORPUS and self.recording is None

@@ -9,7 +9,7 @@ import numpy as np
 
 from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
-from dnnvss.export.take import Take
+from dnnvss.export.take import Take, check_take_file
 from dnnvss.export.timecode import TimeCode
 from dnnvss.export.visemes import oculus_curves
 from dnnvss.face.mesh.fitting import Fitted
@@ -18,8 +18,10 @@ from dnnvss.face.rig import RigFace
 from dnnvss.render.plots import plot_panels
 from dnnvss.runs.run import Run
 from dnnvss.style.plain import ONE_SIDED, plain_gauges
-from dnnvss.synthesis.head import head_weights, moves, rig_curves
+from dnnvss.synthesis.head import can_show_head, head_weights, moves, on_head, rig_curves
+from dnnvss.synthesis.request import SpeakRequest
 from dnnvss.synthesis.speak import Spoken
+from dnnvss.synthesis.stage import scene_clock
 from dnnvss.timing import FrameClock
 
 _PLOTTED = 5
@@ -53,22 +55,48 @@ class SpokenTake:
         return self.fitted.lines() if self.fitted else []
 
 
+def check_take(path: Path, run: Run, request: RigRequest, speech: SpeakRequest) -> None:
+    """Refuse a take that what is going to be spoken cannot be written as.
+
+    Args:
+        path: of the take.
+        run: that speaks.
+        request: how the take is written.
+        speech: what is asked of the run.
+
+    Raises:
+        DnnvssError: curves that this face or what is given cannot have, a time code that the rate has not, or a file of
+            another kind.
+    """
+    _check_curves(request, not speech.wordless)
+    fitted = request.curves == "arkit"
+    if fitted and not isinstance(run.face, RigFace):
+        on_head(run, speaking_head())
+    check_take_file(path, head=fitted and can_show_head(run))
+    request.start.base(request.clock or scene_clock(run, speech.scene))
+
+
+def _check_curves(request: RigRequest, phones: bool) -> None:
+    if request.curves == "oculus" and not phones:
+        raise DnnvssError(
+            "a voice alone tells no phones, and visemes are phones as they are seen",
+            remedy="Give the text or an alignment, or take rig_curves=arkit",
+        )
+
+
 def spoken_take(spoken: Spoken, request: RigRequest) -> SpokenTake:
     """A take of what was spoken.
 
     Raises:
         DnnvssError: curves that this face or what was given cannot have.
     """
+    _check_curves(request, spoken.plan.phones is not None)
     clock = request.clock or spoken.stage.clock
     shown = resample(spoken.trajectory, spoken.clock, clock)
     take = Take({}, clock, request.start)
     match request.curves:
         case "oculus":
-            if spoken.face_phones is None:
-                raise DnnvssError(
-                    "a voice alone tells no phones, and visemes are phones as they are seen",
-                    remedy="Give the text or an alignment, or take rig_curves=arkit",
-                )
+            assert spoken.face_phones is not None
             return SpokenTake(
                 replace(take, curves=oculus_curves(spoken.face_phones, clock, len(shown)))
             )

@@ -133,11 +133,7 @@ class Spoken:
         Raises:
             DnnvssError: a name of nothing.
         """
-        known = key_gauges(self.run)
-        if unknown := [name for name in names if name not in known]:
-            raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}",
-                              remedy=f"Use some of: {', '.join(known)}")
-        held = {name: known[name] for name in names}
+        held = named_gauges(self.run, names)
         return sample_keys(self.movement, self.clock, held, self.plan.phones, positions)
 
     @property
@@ -261,6 +257,18 @@ def _risks(run: Run, request: SpeakRequest, plan: Plan, example: Example, stand_
 def key_gauges(run: Run) -> dict[str, Gauge]:
     """What keys may hold, by name: gauges of the face, plain ones from 0 at rest to 1, and coefficients."""
     return {**plain_gauges(run.face, run.generator.talker), **all_gauges(run.face)}
+
+
+def named_gauges(run: Run, names: Sequence[str]) -> dict[str, Gauge]:
+    """What keys are to be measured by.
+
+    Raises:
+        DnnvssError: a name of nothing.
+    """
+    known = key_gauges(run)
+    if unknown := [name for name in names if name not in known]:
+        raise DnnvssError(f"key_names: nothing is named {unknown[0]!r}", remedy=f"Use some of: {', '.join(known)}")
+    return {name: known[name] for name in names}
 
 
 def replace_unseen(alignment: Alignment, known: Sequence[str],

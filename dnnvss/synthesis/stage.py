@@ -88,16 +88,20 @@ def open_stage(run: Run, scene: Scene, seconds: float, life: bool = False) -> St
         DnnvssError: the scale is not positive, or the footage was encoded with another face.
     """
     if scene.footage is None:
-        clock = scene.rate or FrameClock(run.voice.rate)
         living = run.living(scene.scale) if life else None
-        return Stage(run, run.pictures(scene.scale), clock, scene.views, living=living)
+        return Stage(run, run.pictures(scene.scale), scene_clock(run, scene), scene.views, living=living)
     return _in_footage(run, scene, scene.footage, seconds)
+
+
+def scene_clock(run: Run, scene: Scene) -> FrameClock:
+    """Frames a second of the video: those asked for, else those of the footage or of the talker's corpus."""
+    return scene.rate or FrameClock(run.voice.rate if scene.footage is None else scene.footage.rate)
 
 
 def _in_footage(run: Run, scene: Scene, whole: Footage, seconds: float) -> Stage:
     footage, first = whole.usable()
     own = FrameClock(footage.rate)
-    clock = scene.rate or own
+    clock = scene_clock(run, scene)
     order = walk(footage.code.pose, max(1, int(np.ceil(seconds * float(own.rate)))), scene.fill)
     at = (clock.centres(max(1, clock.edge(seconds))) * float(own.rate)).astype(int)
     shown = order[np.minimum(at, len(order) - 1)]

@@ -1,19 +1,28 @@
 """Small mistakes of a user's that once lost a file or ended in a traceback."""
 
+import os
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 from conftest import run_command
 
 from dnnvss import files
+from dnnvss.commands import speak as speaking
 from dnnvss.commands.flags import Flags
-from dnnvss.commands.speak import check_text
-from dnnvss.commands.speak_settings import SpeakSettings, SpeechSettings, numbered
+from dnnvss.commands.speak import check_exports, check_text
+from dnnvss.commands.speak_settings import SpeakSettings, SpeechSettings, check_files, numbered
 from dnnvss.errors import DnnvssError
+from dnnvss.export.timecode import TimeCode
 from dnnvss.runs.naming import check_begun
 from dnnvss.settings import at_home
 from dnnvss.style.generator import StyleSettings
+from dnnvss.synthesis.request import Recording, Scene, SpeakRequest
+from dnnvss.timing import FrameClock
 
 IMPORTERS = {
     "takes nothing": ("def make(): pass", "does not take what it is given (got an unexpected keyword argument 'out')"),
@@ -141,3 +150,70 @@ def test_the_name_of_a_file_is_no_text(tmp_path: Path) -> None:
             check_text(text)
     for text in ("readme.txt", f"see {tmp_path}/a b.txt", "x" * 5000 + ".txt", "a\0.txt"):
         check_text(text)
+
+
+@pytest.mark.parametrize(("given", "said"), [
+    ({"export_keys": "k.txt"}, r"k\.txt: keys cannot be kept as \.txt"),
+    ({"export_alignment": "t.ctm"}, r"t\.ctm: alignments of the kind '\.ctm' cannot be written\. Use \.TextGrid"),
+    ({"out": "folder.mp4"}, r"folder\.mp4: cannot be written \(Is a directory\)"),
+    ({"out": "a.txt/b.mp4"}, r"b\.mp4: cannot be written \(Not a directory\)"),
+    ({"export_rig": "closed/deep/take.csv"}, r"take\.csv: cannot be written \(Permission denied\)"),
+])
+def test_an_output_that_cannot_be_written_is_refused_before_anything_is_said(
+        given: dict[str, str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("folder.mp4", "closed"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "a.txt").touch()
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name != "closed" and access(path, mode))
+    check_files(settings(text="hello"))
+    with pytest.raises(DnnvssError, match=said):
+        check_files(settings(text="hello", **given))
+
+
+def test_a_time_code_that_the_rate_has_not_is_refused_before_a_video_is_drawn(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    take = tmp_path / "t.csv"
+    take.write_text("seconds,jawOpen\n0,0\n0.1,1\n")
+    out = [tmp_path / "a.mp4", tmp_path / "a.json"]
+    assert run_command("rig", take, "--out", *out, "--rate", "25", "--timecode", "00:00:00:25") == 1
+    assert "the time code begins with frame 25, and there are 25 a second" in capsys.readouterr().err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["t.csv"]
+
+
+def test_an_export_that_does_not_go_with_what_is_given_is_refused_before_anything_is_said(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    face = SimpleNamespace(gauges={}, names=("aam01",), contours={"lips_outer": (0, 1)}, kind="aam")
+    run: Any = SimpleNamespace(face=face, voice=SimpleNamespace(rate=25.0))
+    words, voice = SpeakRequest("hello"), SpeakRequest(recording=Recording(np.zeros(9), 16000))
+    monkeypatch.setattr("dnnvss.synthesis.rig.on_head", lambda run, head: None)
+    monkeypatch.setattr("dnnvss.synthesis.rig.speaking_head", lambda: None)
+    monkeypatch.setattr("dnnvss.synthesis.speak.key_gauges", lambda run: {"aperture": None})
+    late, glb = {"rig_timecode": TimeCode(frame=25)}, {"export_rig": "t.glb"}
+    for given, request, said in (
+            (glb | late, words, "the time code begins with frame 25, and there are 25 a second"),
+            (glb | {"rig_curves": "plain"}, words, r"t\.glb: no head is moved by these curves"),
+            (glb | {"rig_curves": "oculus"}, words, r"t\.glb: no head is moved by these curves"),
+            ({"export_rig": "t.csv", "rig_curves": "oculus"}, voice, "a voice alone tells no phones"),
+            ({"export_visemes": "t.tsv"}, voice, r"t\.tsv: a voice alone tells no phones"),
+            ({"export_alignment": "t.lab"}, voice, r"t\.lab: a voice alone tells no phones"),
+            ({"export_keys": "k.csv", "key_names": ("aperture", "apperture")}, words, "nothing is named 'apperture'")):
+        with pytest.raises(DnnvssError, match=said):
+            check_exports(settings(**given), run, request)
+    whole = glb | {"export_visemes": "t.tsv", "export_alignment": "t.lab", "export_keys": "k.csv",
+                   "key_names": ("aperture",)}
+    check_exports(settings(**whole), run, words)
+    check_exports(settings(**glb, **late, rig_rate=FrameClock(30)), run, words)
+    check_exports(settings(**glb, **late), run, replace(words, scene=Scene(rate=FrameClock(30))))
+
+
+def test_exports_are_checked_before_anything_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*given: Any) -> None:
+        raise DnnvssError("not so")
+
+    monkeypatch.setattr(speaking, "read_request", lambda settings, run: None)
+    monkeypatch.setattr(speaking, "speak", lambda run, request: pytest.fail("it was said"))
+    monkeypatch.setattr(speaking, "check_exports", refuse)
+    with pytest.raises(DnnvssError, match="not so"):
+        speaking._spoken(settings(), None)  # type: ignore[arg-type]
