@@ -92,8 +92,8 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
     Where its words are of another sentence than the text, the sound decides: if the text fits it, the alignment is not
     taken (``{"other": what is to be noted}``); if its own words fit it, it is taken and the text is noted.
 
-    Times that are far from where the aligner hears the words are not taken either, nor is an alignment in which a word
-    has no phones.
+    Times that are far from where the aligner hears the words are not taken either, nor is an alignment without phones,
+    or in which a word has none.
 
     Its times count from the first sample of the file's sound. Where that starts late, and speech is where the times
     say only if they count from the first picture, they do.
@@ -120,7 +120,10 @@ def given(name: str, out: Path, path: Path, words: list[tuple[str, list[tuple[st
         return {"other": "its alignment has a word that its aligner did not know (spn): the sound was aligned in its "
                 "place"}
     if "phones" not in found:
-        raise DnnvssError("has no tier of phones", file=path, utterance=name, remedy="Name the tier phones")
+        if audio is None:
+            raise DnnvssError("has no tier of phones", file=path, utterance=name, remedy=_NAMED)
+        return {"other": f"its alignment has no tier of phones ({', '.join(tier.name for tier in found.tiers)}): the "
+                f"sound was aligned in its place. {_NAMED} if one of these is it"}
     try:
         sound = read_audio(audio) if audio is not None else None
         share, notes = _compared(found, text, variant)
@@ -148,6 +151,7 @@ def _off(whole: Alignment, sound: np.ndarray, words: Sequence[Word]) -> float:
     return 0.0 if by_ear is None else seconds_off(whole, by_ear)
 
 
+_NAMED = "Name the tier phones"
 _OTHER = "Give the alignment of this recording, or leave it out: the sound is aligned then"
 
 

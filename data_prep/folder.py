@@ -53,12 +53,13 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     """Return the folder of the prepared corpus.
 
     For each video ``ID.mp4`` (or another kind) there is ``ID.txt`` with its words, and where they are known landmarks
-    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid``, ``ID.lab`` or ``ID.ctm`` (a ``.lab`` of
-    words is a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups": {name: [first, end]},
-    "scale": 1}``), or are those of 68-point landmarks, or those of a face mesh of 468 or 478 points. Where no video has
-    landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). A video without sound takes ``ID.wav``
-    (flac, mp3) beside it, which begins with the first picture. ``splits/{train,val,test}.txt`` (an id a line) are
-    used where they are; those that are not are drawn from the utterances that the others leave.
+    (see :func:`dnnvss.formats.read_landmarks`) and phone times ``ID.TextGrid``, ``ID.lab``, ``ID.phn`` or ``ID.ctm`` (a
+    ``.lab`` of words is a transcript). Groups of landmarks come from ``landmarks.json`` (``{"groups":
+    {name: [first, end]}, "scale": 1}``), or are those of 68-point landmarks, or those of a face mesh of 468 or 478
+    points. Where no video has landmarks, they are found in the pictures (:mod:`dnnvss.face.landmarker`). A video
+    without sound takes ``ID.wav`` (flac, mp3) beside it, which begins with the first picture.
+    ``splits/{train,val,test}.txt`` (an id a line) are used where they are; those that are not are drawn from the
+    utterances that the others leave.
 
     A video of more than a minute with a transcript of more than 40 words, or one of any length with subtitles
     (``ID.srt``, ``ID.vtt``) or word times (``ID.csv`` with the columns start, end, word, ``ID.TextGrid``, ``ID.ctm``,
@@ -177,7 +178,7 @@ def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
     Raises:
         DnnvssError: there is no transcript, or it is none.
     """
-    times, lab = raw.get(name, ".textgrid"), raw.get(name, ".lab")
+    times, lab = raw.get(name, ".textgrid", ".phn"), raw.get(name, ".lab")
     words = lab is not None and is_transcript(files.read_text(lab, _WORDS))
     if times is None and not words:
         times = lab

@@ -15,11 +15,11 @@ from dnnvss.formats.words import read_words_csv, write_words_csv
 from dnnvss.phones import SILENCE, SILENCES
 from dnnvss.timing import Alignment, Segment, Tier
 
-_KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK), .ctm (NIST), .csv (words) or .align (GRID)"
+_KNOWN = "Use .TextGrid, .lab (HTK), .mlf (HTK), .phn (TIMIT), .ctm (NIST), .csv (words) or .align (GRID)"
 
 
 def read_alignment(path: str | Path, utterance: str | None = None) -> Alignment:
-    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf``, ``.ctm``, ``.csv`` or ``.align`` file.
+    """Return the alignment in a ``.TextGrid``, ``.lab``, ``.mlf``, ``.phn``, ``.ctm``, ``.csv`` or ``.align`` file.
 
     Args:
         path: the file.
@@ -37,7 +37,7 @@ def _read(path: Path, utterance: str | None) -> Alignment:
     match path.suffix.lower():
         case ".textgrid":
             return read_textgrid(path)
-        case ".lab":
+        case ".lab" | ".phn":
             return read_lab(path)
         case ".align":
             return Alignment([read_grid_align(path)])

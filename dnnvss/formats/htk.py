@@ -1,4 +1,4 @@
-"""HTK label files (``.lab``) and master label files (``.mlf``): times in units of 100 ns, or plain seconds."""
+"""Label files of HTK (``.lab``, ``.mlf``), times in units of 100 ns or plain seconds, and of TIMIT (``.phn``)."""
 
 import re
 from pathlib import Path
@@ -13,6 +13,8 @@ from dnnvss.timing import Alignment, Segment, Tier
 
 UNIT = 10_000_000
 """HTK's time units in a second."""
+SAMPLES = 16_000
+"""Samples in a second of TIMIT, in which its ``.phn`` count."""
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?", re.IGNORECASE)
 _TIME = re.compile(r"[-+]?\d+([.,]\d*)?(e[-+]?\d+)?", re.IGNORECASE)
@@ -23,7 +25,7 @@ _REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
 
 
 def read_lab(path: str | Path) -> Alignment:
-    """Return the alignment in an HTK label file.
+    """Return the alignment in an HTK label file, or in one of TIMIT's (``.phn``), whose whole numbers are samples.
 
     Lines are ``start end phone`` with times in 100 ns units, or in seconds where one of them has a decimal point. A
     fourth column that holds a number on every line is a score and is left out. Other text there, or after the score, is
@@ -40,7 +42,8 @@ def read_lab(path: str | Path) -> Alignment:
     """
     path = Path(path)
     lines = files.read_text(path, _REMEDY).splitlines()
-    return _parse(path, _of_esps(lines) or list(enumerate(lines, start=1)))
+    unit = SAMPLES if path.suffix.lower() == ".phn" else UNIT
+    return _parse(path, _of_esps(lines) or list(enumerate(lines, start=1)), unit=unit)
 
 
 def _of_esps(lines: list[str]) -> list[tuple[int, str]]:
@@ -112,7 +115,7 @@ def _lines(alignment: Alignment) -> list[str]:
     ]
 
 
-def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = None) -> Alignment:
+def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = None, unit: int = UNIT) -> Alignment:
     segments, words = list[Segment](), list[tuple[float, str]]()
     table = whole_phones([(place, line, line.split()) for place, line in lines if line.strip()])
     column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
@@ -123,7 +126,7 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
     read = phones_of(fields[2] for *_, fields in table if len(fields) > 2)
     for place, line, fields in table:
         try:
-            start, end = (_seconds(x, seconds) for x in fields[:2])
+            start, end = (_seconds(x, seconds, unit) for x in fields[:2])
             segment = Tier("phones", [(start, end, fields[2])])[0]
             read(segment.label)
         except (ValueError, IndexError) as error:
@@ -179,9 +182,9 @@ def _in_seconds(times: list[str]) -> bool:
         return False
 
 
-def _seconds(text: str, seconds: bool) -> float:
-    """A time: units of 100 ns, or seconds, as one with a decimal point (comma) is anyway."""
-    return comma_number(text) if seconds or "." in text or "," in text else whole(text) / UNIT
+def _seconds(text: str, seconds: bool, unit: int) -> float:
+    """A time: so many units in a second, or seconds, as one with a decimal point (comma) is anyway."""
+    return comma_number(text) if seconds or "." in text or "," in text else whole(text) / unit
 
 
 def _words(begins: list[tuple[float, str]], phones: Tier) -> Tier:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from films import talker_folder
 
-from data_prep.align import contrast
+from data_prep.align import contrast, given
 from data_prep.folder import prepare_folder, written
 from data_prep.shelf import Shelf
 from data_prep.splits import read_splits, resolved
@@ -36,6 +36,16 @@ def raw(recordings: Path, tmp_path: Path) -> Path:
 def prepared(raw: Path, out: Path) -> tuple[Corpus, str]:
     corpus = Corpus.open(prepare_folder(raw, out, jobs=1))
     return corpus, files.read_text(out / "report.md", "")
+
+
+def test_an_alignment_without_phones_is_told_and_made_anew(tmp_path: Path) -> None:
+    path = write_alignment(tmp_path / "a.TextGrid", Alignment([Tier("words", [(0, 0.4, ""), (0.4, 1, "i")]),
+                                                               Tier("Ann", [(0, 0.4, ""), (0.4, 1, "AY")])]))
+    task = ("a", tmp_path, path, [("i", [("AY",)])], 25, "25", 0.0)
+    found = given(*task, audio=tmp_path / "a.wav")["other"]
+    assert found.startswith("its alignment has no tier of phones (words, Ann): the sound was aligned in its place")
+    with pytest.raises(DnnvssError, match="has no tier of phones"):
+        given(*task)
 
 
 def test_of_an_alignment_and_a_text_of_two_sentences_the_sound_decides(raw: Path, tmp_path: Path) -> None:

@@ -42,6 +42,14 @@ def test_phones_with_one_neighbour_are_those_of_htk(tmp_path: Path) -> None:
         "sil", "HH", "AH", "L", "OW", "AH", "sil"]
 
 
+def test_times_of_timit_are_samples(tmp_path: Path) -> None:
+    path = tmp_path / "SA1.PHN"
+    path.write_text("0 3050 h#\n3050 4559 sh\n4559 5723 ix\n5723 9000 h#\n")
+    found = read_alignment(path)["phones"]
+    assert (found.labels, found.edges.round(4).tolist()) == (("sil", "SH", "IH", "sil"),
+                                                             [0, 0.1906, 0.2849, 0.3577, 0.5625])
+
+
 def test_master_labels_of_windows_are_found_by_name(tmp_path: Path) -> None:
     path = tmp_path / "all.mlf"
     lines = ["0 5000000 sil", "5000000 6000000 hh", "6000000 7000000 ay", "7000000 9000000 sil"]

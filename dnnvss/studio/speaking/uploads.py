@@ -20,7 +20,7 @@ from dnnvss.synthesis.request import Recording
 
 SECONDS = 60
 """How long a process may take that reads what somebody brought."""
-ALIGNMENTS = (".textgrid", ".lab", ".ctm", ".align")
+ALIGNMENTS = (".textgrid", ".lab", ".phn", ".ctm", ".align")
 """Suffixes of phone times that are tried."""
 
 
