@@ -66,6 +66,10 @@ class CorpusSettings:
             raise DnnvssError(f"{where}=several is no corpus: it names some for one training",
                               remedy="Prepare each of them by itself, then train.py corpus=[a,b]")
         if isinstance(value, Mapping) and value.get("importer") is not None:
+            own = [f.name for f in fields(DemoSettings)]
+            if set(own) <= set(value):
+                raise DnnvssError(f"{where}.importer is no setting of the built-in talker, which has no recordings",
+                                  remedy=f"Choose among {', '.join(f'{where}.{name}' for name in own)}")
             recorded = read_settings(RecordedCorpus, value, where)
             return cls(recorded, recorded.importer)
         demo = read_settings(DemoCorpus, {k: v for k, v in value.items() if k != "importer"}

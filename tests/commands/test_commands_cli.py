@@ -88,6 +88,7 @@ def test_other_settings_are_left_to_hydra() -> None:
     ("train trainer=null", "trainer=null is unknown. There are default, paper"),
     ("train seed=1,2", "seed=1,2 gives several values. Add -m"),
     ("train model=hsmm model.members=2", "model.members is no setting"),
+    ("prepare corpus=demo corpus.importer.sentences=9", "corpus.importer is no setting of the built-in talker"),
     ("prepare raw=x", "raw is no setting of prepare. Did you mean corpus.raw=x?"),
     ("prepare corpus=grid", "corpus.raw is not set. Add corpus.raw=... to the command"),
     ("prepare corpus=folder corpus.raw=x corpus.importer.kind=foldr", "corpus.importer.kind=foldr is unknown"),
