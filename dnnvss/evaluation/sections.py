@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from dnnvss.evaluation.outside.judged import TEXT, VOICE, Judged
+from dnnvss.evaluation.outside.judged import OF_A_RUN, Judged
 from dnnvss.evaluation.outside.scores import MEASURES
 from dnnvss.formats.tables import markdown_numbers
 from dnnvss.pages import wide
@@ -51,12 +51,13 @@ def seen_from_outside(folders: Mapping[str, Path]) -> Section | None:
     if not judged:
         return None
     first = next(iter(judged.values()))
-    rows = [(f"{name}, {row}", *own.rows(row)) for name, own in judged.items() for row in (VOICE, TEXT)]
-    rows += [(row, *first.rows(row)) for row in first.pairs if row not in (VOICE, TEXT)]
+    rows = [(f"{name}, {row}", *own.rows(row)) for name, own in judged.items() for row in OF_A_RUN]
+    rows += [(row, *first.rows(row)) for row in first.pairs if row not in OF_A_RUN]
     missing = [name for name in folders if name not in judged]
     note = (f"One tracker over the talker's video and over that of each run, {len(first.sentences)} test sentences, "
             f"in the style {' or '.join(dict.fromkeys(own.style for own in judged.values()))}; in brackets the 95 % "
-            "interval over sentences. Text alone has the run's own times, laid over the recording word by word.")
+            "interval over sentences. Text alone has the run's own times, laid over the recording word by word. In the "
+            "recording means: drawn into it, so that the head moves as the talker's does.")
     others = [name for name, own in judged.items() if own.sentences != first.sentences]
     note += f" Other sentences: {', '.join(others)}." if others else ""
     note += f" Not judged yet (dnnvss outside RUN): {', '.join(missing)}." if missing else ""

@@ -2,12 +2,12 @@
 
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from dnnvss.corpus import Corpus
+from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
+from dnnvss.face.base import Face
 from dnnvss.formats import read_marks, read_npz
 from dnnvss.media import read_video, timed_frames, video_info
 from dnnvss.render import Footage
@@ -42,13 +42,11 @@ def read_footage(run: Run, into: str) -> Footage:
         if not beside.is_file():
             raise DnnvssError("no such file, and the footage has to have its landmarks there", file=beside,
                               remedy=_LANDMARKS)
-        marks: Path | None = beside
         described = path.parent / "landmarks.json"
         scale = read_marks(described)[1] if described.is_file() else 1.0
         landmarks, info = read_npz(beside, scale), video_info(path)
         frames = list(timed_frames(path))
         points, valid, pixel = landmarks.points.astype(float), landmarks.valid, info.pixel
-        source: str | Path = path
         _check_count(len(frames), len(points), path)
         times = rising([time for time, _ in frames], info.told[0] if info.told else info.rate)
         rate = rate_of(times, info.told)
@@ -59,13 +57,21 @@ def read_footage(run: Run, into: str) -> Footage:
         if into not in corpus.utterances:
             raise DnnvssError(f"into: no utterance and no video file is named {into!r}",
                               remedy=f"Give an id of {corpus.root} or the path of a video with its landmarks beside it")
-        utterance = corpus.utterances[into]
-        points, valid = corpus.landmarks(utterance)
-        images, rate, source, marks = read_video(corpus.path(utterance, "video")), utterance.rate, into, None
-        pixel = Fraction(1)
-        _check_count(len(images), len(points), source)
-    where: dict[str, Any] = {"utterance": into} if marks is None else {"file": marks}
-    return encode_footage(run.face, Filmed(images, points, valid, rate, str(source), pixel), where)
+        return recorded_footage(run.face, corpus, corpus.utterances[into])
+    return encode_footage(run.face, Filmed(images, points, valid, rate, str(path), pixel), {"file": beside})
+
+
+def recorded_footage(face: Face, corpus: Corpus, utterance: Utterance) -> Footage:
+    """The recording of an utterance as footage.
+
+    Raises:
+        DnnvssError: a face without texture, or no frame of the recording is usable.
+    """
+    points, valid = corpus.landmarks(utterance)
+    images = read_video(corpus.path(utterance, "video"))
+    _check_count(len(images), len(points), utterance.id)
+    return encode_footage(face, Filmed(images, points, valid, utterance.rate, utterance.id, Fraction(1)),
+                          {"utterance": utterance.id})
 
 
 def _check_count(pictures: int, rows: int, source: str | Path) -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from dnnvss.corpus import Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.outside import MEASURES, ROWS, Judged, Lips, laid_over, scores
 from dnnvss.evaluation.outside.judge import Sentence, score_all
-from dnnvss.evaluation.outside.judged import CEILING, LATE, OTHER, OWN, TEXT, VOICE
+from dnnvss.evaluation.outside.judged import CEILING, IN_STILL, IN_TEXT, IN_VOICE, LATE, OTHER, OWN, TEXT, VOICE
 from dnnvss.evaluation.outside.lips import NOSE, distances
 from dnnvss.evaluation.outside.scores import Watched
 from dnnvss.evaluation.sections import seen_from_outside
@@ -21,6 +22,7 @@ from dnnvss.face.landmarker.layout import LEFT_CORNER, LOWER_LIP, RIGHT_CORNER, 
 from dnnvss.timing import Alignment, FrameClock, Tier
 
 CLOCK = FrameClock(25)
+drawing = import_module("dnnvss.evaluation.outside.drawn_in")
 judging = import_module("dnnvss.evaluation.outside.judge")  # whose function has its name in the package
 
 
@@ -91,12 +93,13 @@ def test_words_are_laid_over_each_other() -> None:
     own = Tier("words", [(0, 0.4, ""), (0.4, 0.8, "one"), (0.8, 1.2, "two")])
     tier = Tier("words", [(0, 0.2, ""), (0.2, 1.0, "one"), (1.0, 1.4, "two")])
     made = Lips(np.repeat(CLOCK.centres(30)[:, None], 3, axis=1), np.ones(30, bool))
-    moved = laid_over(made, own, tier, CLOCK, 35)
-    assert moved is not None
+    places = laid_over(own, tier, CLOCK, 35)
+    assert places is not None
+    moved = made.at(places)
     moments = CLOCK.centres(35)
     inside = (moments > 0.2) & (moments < 1.0)
     np.testing.assert_allclose(moved.tracks[inside, 0], 0.4 + (moments[inside] - 0.2) / 2, atol=1e-9)
-    assert laid_over(made, own, tier.renamed(["", "one", "three"]), CLOCK, 35) is None
+    assert laid_over(own, tier.renamed(["", "one", "three"]), CLOCK, 35) is None
 
 
 def sentence(seed: int, made: Lips | None) -> Sentence:
@@ -104,7 +107,9 @@ def sentence(seed: int, made: Lips | None) -> Sentence:
     words = Tier("words", [(0, 0.2, ""), (0.2, 2.2, "par"), (2.2, 2.4, "")])
     truth = moving(seed)
     utterance = Utterance(f"u{seed}", "par", Alignment([phones, words]), "v.mp4", None, None, 25, 60)
-    return Sentence(utterance, truth, {CEILING: truth, OWN: truth, VOICE: truth if made is None else made, TEXT: made})
+    told = {TEXT: "says other words"} if made is None else {}
+    own = dict.fromkeys((CEILING, OWN, IN_VOICE, IN_STILL), truth) | dict.fromkeys((VOICE,), made or truth)
+    return Sentence(utterance, truth, own if made is None else own | dict.fromkeys((TEXT, IN_TEXT), made), told)
 
 
 def test_a_sentence_in_which_nobody_speaks_counts_for_nothing() -> None:
@@ -119,8 +124,7 @@ def test_a_sentence_in_which_nobody_speaks_counts_for_nothing() -> None:
 def test_clips_of_several_frame_rates_are_each_measured_at_their_own() -> None:
     """One clip with every picture twice says what it did: 50 frames a second in place of 25."""
     alike = [sentence(k, None) for k in range(2)]
-    lips = {name: Lips(np.repeat(own.tracks, 2, axis=0), np.repeat(own.seen, 2)) for name, own in alike[1].made.items()
-            if own is not None}
+    lips = {name: Lips(np.repeat(own.tracks, 2, axis=0), np.repeat(own.seen, 2)) for name, own in alike[1].made.items()}
     twice = replace(alike[1], utterance=replace(alike[1].utterance, rate=Fraction(50), frames=120), truth=lips[VOICE],
                     made=lips)
     one, other = score_all(alike, "a"), score_all([alike[0], twice], "a")
@@ -137,6 +141,16 @@ def test_what_was_not_measured_is_not_seen_through_the_face(monkeypatch: pytest.
     assert seen.seen.tolist() == known.tolist() and seen.tracks[:, 0].tolist() == [0, 1, 2, 3]
 
 
+def test_frames_that_cannot_be_drawn_into_are_not_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three frames of six, from the third; the speech is a frame short, and its last row is held."""
+    monkeypatch.setattr(drawing, "revoicer", lambda face, footage, order: SimpleNamespace(frames=list))
+    monkeypatch.setattr(drawing, "see", lambda landmarker, pictures: lips(np.array(pictures)[:, 0]))
+    redrawn = drawing.Redrawn(None, range(3), 2, 6)
+    seen = redrawn.see(None, np.arange(4.0)[:, None])
+    assert seen.seen.tolist() == [False, False, True, True, True, False]
+    assert seen.tracks[2:5, 0].tolist() == [2, 3, 3]
+
+
 def test_nulls_are_beaten_and_what_says_other_words_is_told(tmp_path: Path) -> None:
     judged = score_all([sentence(k, None) for k in range(4)], "articulated")
     assert set(judged.pairs) == set(ROWS)
@@ -151,7 +165,7 @@ def test_nulls_are_beaten_and_what_says_other_words_is_told(tmp_path: Path) -> N
     section = seen_from_outside({"A": tmp_path, "B<": tmp_path / "none"})
     assert section is not None and "Not judged yet (dnnvss outside RUN): B&lt;." in section.html()
     assert seen_from_outside({"B": tmp_path / "none"}) is None
-    assert section.markdown().count("\n| A, ") == 2
+    assert section.markdown().count("\n| A, ") == 4
 
 
 def test_a_file_of_another_version_is_refused(tmp_path: Path) -> None:

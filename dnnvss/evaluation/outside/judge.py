@@ -1,7 +1,7 @@
 """Watches a run's test sentences: the talker's own videos and those that the run draws, by one tracker."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import cv2
@@ -11,8 +11,21 @@ from dnnvss.archives import read_arrays
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.lips import talker_level
-from dnnvss.evaluation.outside.judged import CEILING, LATE, OTHER, OWN, ROWS, TEXT, VOICE, Judged
-from dnnvss.evaluation.outside.lips import Lips, see
+from dnnvss.evaluation.outside.drawn_in import Redrawn
+from dnnvss.evaluation.outside.judged import (
+    CEILING,
+    IN_STILL,
+    IN_TEXT,
+    IN_VOICE,
+    LATE,
+    OTHER,
+    OWN,
+    ROWS,
+    TEXT,
+    VOICE,
+    Judged,
+)
+from dnnvss.evaluation.outside.lips import Lips, at, see
 from dnnvss.evaluation.outside.scores import MEASURES, Watched, laid_over, scores
 from dnnvss.evaluation.runs import not_learnt, open_corpus
 from dnnvss.evaluation.videos import say, through_the_face
@@ -71,26 +84,38 @@ class Sentence:
     Args:
         utterance: of the corpus.
         truth: lips in the talker's own video.
-        made: lips in other videos by the name of their row; None where they cannot be laid over it.
+        made: lips in other videos by the name of their row.
+        lost: rows that there are none for, and why.
     """
 
     utterance: Utterance
     truth: Lips
-    made: Mapping[str, Lips | None]
+    made: Mapping[str, Lips]
+    lost: Mapping[str, str] = field(default_factory=dict)
 
 
 def _watch(run: Run, corpus: Corpus, utterance: Utterance, style: Style, landmarker: Landmarker) -> Sentence:
-    """All videos of a sentence, one after the other: no more than a picture of each is held."""
+    """All videos of a sentence, one after the other: of each no more than a picture is held, but of the recording."""
     truth, copy = (see(landmarker, map(change, _recorded(corpus, utterance))) for change in (np.asarray, _copied))
     spoken = say(run, corpus, utterance, style)
     made = {CEILING: copy, VOICE: see(landmarker, spoken.frames()), OWN: _own(landmarker, spoken, utterance)}
-    if run.heard:  # without a sound there is nothing to hear
-        return Sentence(utterance, truth, made)
-    alone = speak(run, SpeakRequest(utterance.text, engine="none", style=style, scene=Scene(rate=utterance.clock),
-                                    id=utterance.id))
-    text = laid_over(see(landmarker, alone.frames()), alone.plan.alignment["words"], utterance.alignment["words"],
-                     utterance.clock, len(truth.seen))
-    return Sentence(utterance, truth, {**made, TEXT: text})
+    shown, lost = {IN_VOICE: spoken.shown, IN_STILL: np.zeros_like(spoken.shown)}, dict[str, str]()
+    if not run.heard:  # without a sound there is nothing to hear
+        alone = speak(run, SpeakRequest(utterance.text, engine="none", style=style, scene=Scene(rate=utterance.clock),
+                                        id=utterance.id))
+        moments = laid_over(alone.plan.alignment["words"], utterance.alignment["words"], utterance.clock,
+                            len(truth.seen))
+        if moments is None:
+            lost = dict.fromkeys((TEXT, IN_TEXT), "says other words")
+        else:
+            made[TEXT] = see(landmarker, alone.frames()).at(moments)
+            shown[IN_TEXT] = at(alone.shown, moments)
+    try:
+        recording = Redrawn.open(run.face, corpus, utterance)
+    except DnnvssError as error:
+        return Sentence(utterance, truth, made, lost | dict.fromkeys(shown, f"cannot be drawn: {error}"))
+    drawn = {row: recording.see(landmarker, parameters) for row, parameters in shown.items()}
+    return Sentence(utterance, truth, made | drawn, lost)
 
 
 def _own(landmarker: Landmarker, spoken: Spoken, utterance: Utterance) -> Lips:
@@ -109,10 +134,10 @@ def score_all(seen: Sequence[Sentence], style: str) -> Judged:
     for k, sentence in enumerate(seen):
         truth, clock = sentence.truth, clocks[k]
         watched = Watched(_speech(tiers[k], clock, len(truth.seen)), level, clock)
-        made = {**sentence.made, LATE: truth.at(np.arange(len(truth.seen)) - _LATE * float(clock.rate)),
+        made: dict[str, Lips | None] = {
+            **sentence.made, LATE: truth.at(np.arange(len(truth.seen)) - _LATE * float(clock.rate)),
                 OTHER: _stretched(seen[(k + 1) % len(seen)], sentence) if len(seen) > 1 else None}
-        lost += [f"{sentence.utterance.id}: {row} says other words" for row, lips in sentence.made.items()
-                 if lips is None]
+        lost += [f"{sentence.utterance.id}: {row} {why}" for row, why in sentence.lost.items()]
         for row, by in found.items():
             lips = made.get(row)
             own = dict.fromkeys(MEASURES, (0.0, 0.0)) if lips is None else \

@@ -16,14 +16,21 @@ from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
 
 VOICE, TEXT = "times from the voice", "text alone"
+IN_VOICE, IN_TEXT, IN_STILL = (f"in the recording: {row}" for row in (VOICE, TEXT, "a still mouth"))
 OWN, CEILING, LATE, OTHER = "through the face", "recompressed", "40 ms late", "another sentence"
 ROWS = {VOICE: "The run's face at the phones' times in the recording.",
         TEXT: "The run's face at the run's own times, laid over the recording word by word.",
+        IN_VOICE: "The same mouth drawn into the recording, whose head it shares: what the tracker measures changes "
+                  "with a head that turns.",
+        IN_TEXT: "The run's mouth at the run's own times, laid over the recording word by word and drawn into it.",
+        IN_STILL: "The mean of what was measured, drawn into the recording: what its head alone tells.",
         OWN: "What was measured in the recording, drawn: what is left of it when nothing has to be predicted.",
         CEILING: "The recording blurred and compressed again: what this tracker can tell at best.",
         LATE: "The recording late: a system should beat it.",
         OTHER: "The recording of another sentence, as long: a system has to beat it."}
 """The rows of the table and what they are."""
+OF_A_RUN = (VOICE, TEXT, IN_VOICE, IN_TEXT)
+"""The rows that tell of the run's own prediction."""
 
 _REMEDY = "Judge the run again: python -m dnnvss outside RUN"
 

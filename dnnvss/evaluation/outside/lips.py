@@ -30,8 +30,20 @@ class Lips:
         """The same at other moments, given as frames with fractions (T,); seen where both neighbours are."""
         rows = np.arange(len(self.tracks))
         known = self.seen if self.seen.any() else np.ones_like(self.seen)
-        tracks = np.stack([np.interp(frames, rows[known], track[known]) for track in self.tracks.T], axis=1)
-        return Lips(tracks, np.interp(frames, rows, self.seen.astype(float)) >= 1 - 1e-9)
+        seen = np.interp(frames, rows, self.seen.astype(float)) >= 1 - 1e-9
+        return Lips(at(self.tracks[known], frames, rows[known]), seen)
+
+
+def at(values: np.ndarray, frames: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
+    """Values (F, D) at other moments (T, D).
+
+    Args:
+        values: a row for each frame.
+        frames: the moments, as frames with fractions (T,).
+        rows: the frames (F,) that the values are of; all from the first where None.
+    """
+    known = np.arange(len(values)) if rows is None else rows
+    return np.stack([np.interp(frames, known, column) for column in values.T], axis=1)
 
 
 def see(landmarker: Landmarker, pictures: Iterable[np.ndarray]) -> Lips:

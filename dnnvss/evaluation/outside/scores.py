@@ -71,14 +71,13 @@ def _known(value: float) -> tuple[float, float]:
     return (0.0, 0.0) if np.isnan(value) else (value, 1.0)
 
 
-def laid_over(made: Lips, own: Tier, tier: Tier, clock: FrameClock, frames: int) -> Lips | None:
-    """Lips of one video at the moments of another that says the same words at other times.
+def laid_over(own: Tier, tier: Tier, clock: FrameClock, frames: int) -> np.ndarray | None:
+    """Where in one video each frame of another is that says the same words at other times: frames with fractions (F,).
 
     Time goes evenly between the edges of words.
 
     Args:
-        made: of the first video.
-        own: its words.
+        own: words of the first video.
         tier: words of the other video.
         clock: of both.
         frames: of the other video.
@@ -93,7 +92,7 @@ def laid_over(made: Lips, own: Tier, tier: Tier, clock: FrameClock, frames: int)
     theirs, ours = edges[0] - tier.start, edges[1] - own.start
     kept = np.concatenate([[True], np.diff(theirs) > 1e-9])
     moments = np.interp(clock.centres(frames), theirs[kept], ours[kept])
-    return made.at(moments * float(clock.rate) - 0.5)
+    return moments * float(clock.rate) - 0.5
 
 
 def _spoken(tier: Tier) -> list[tuple[str, float, float]]:
