@@ -29,7 +29,8 @@ class Pauses:
 def usual_pauses(utterances: Iterable[Utterance]) -> Pauses:
     """Return the pauses that the corpus makes after each kind of break.
 
-    Defaults after punctuation where it has fewer than five, or a pause after fewer than half of them.
+    Defaults after punctuation where it has fewer than five. Where it pauses after fewer than half of them, none after a
+    comma and the default after a sentence, of which few recordings hold two.
     """
     seen: dict[bool, list[tuple[str, float]]] = {False: [], True: []}
     for utterance in utterances:
@@ -43,17 +44,19 @@ def usual_pauses(utterances: Iterable[Utterance]) -> Pauses:
             between = segments[a + 1 : b]
             label = SILENCE if any(s.label == SILENCE for s in between) else SHORT_PAUSE if between else ""
             seen[bool(ends[a])].append((label, sum(s.duration for s in between)))
-    return Pauses(_usual(seen[False], None), _usual(seen[True], _DEFAULT_PAUSES["minor"]),
-                  _usual(seen[True], _DEFAULT_PAUSES["major"], 1.6))
+    minor, major = _DEFAULT_PAUSES["minor"], _DEFAULT_PAUSES["major"]
+    return Pauses(_usual(seen[False], None, None), _usual(seen[True], minor, None),
+                  _usual(seen[True], major, major, 1.6))
 
 
-def _usual(seen: list[tuple[str, float]], default: tuple[str, float] | None,
+def _usual(seen: list[tuple[str, float]], unknown: tuple[str, float] | None, rare: tuple[str, float] | None,
            longer: float = 1.0) -> tuple[str, float] | None:
+    """The pause at breaks of a kind: ``unknown`` where few were seen, ``rare`` where most have no pause."""
     paused = [(label, seconds) for label, seconds in seen if label]
     if len(seen) < 5:
-        return default
+        return unknown
     if len(paused) < len(seen) / 2:
-        return default
+        return rare
     label = Counter(label for label, _ in paused).most_common(1)[0][0]
     return label, float(np.median([s for _, s in paused])) * longer
 

@@ -94,6 +94,26 @@ def test_pauses_come_from_punctuation_corpus_and_text(model: DurationModel) -> N
     assert [s.duration for s in slow["phones"] if s.label == "sp"] == [pytest.approx(0.7)]
 
 
+def hurried(seed: int, pauses: bool) -> Utterance:
+    """A sentence of two commas, with a pause at both or without any."""
+    made = spoken("no money, for bad, bad news", seed)
+    if pauses:
+        return made
+    at = {s.start: s.end for s in made.alignment["phones"] if s.label == "sp"}
+    return Utterance(made.id, made.text, Alignment(Tier(tier.name, [
+        (s.start, at.get(s.end, s.end), s.label) for s in tier if s.start not in at]) for tier in made.alignment.tiers))
+
+
+@pytest.mark.parametrize(("paused", "without", "minor"), [
+    (1, 1, ("sp", 0.18)),   # four commas tell nothing yet
+    (1, 2, None), (0, 9, None), (2, 2, ("sp", 0.25)), (9, 0, ("sp", 0.25))])
+def test_a_talker_who_seldom_pauses_at_commas_does_not_in_new_sentences(
+        paused: int, without: int, minor: tuple[str, float] | None) -> None:
+    found = usual_pauses([hurried(seed, seed < paused) for seed in range(paused + without)])
+    assert found.minor == (minor and (minor[0], pytest.approx(minor[1]))) and found.none is None
+    assert found.major == ("sp", pytest.approx(0.4))  # a sentence ends with one all the same
+
+
 def test_pauses_are_found_where_text_and_tier_count_their_words_differently() -> None:
     def british(seed: int) -> Utterance:
         """*101* in the text, *one hundred and one* in the tiers, and a pause of 250 ms after the comma."""
