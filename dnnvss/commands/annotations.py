@@ -20,6 +20,13 @@ def annotations(root: Any, name: str) -> list[Any]:
     return found
 
 
+def several_kinds(root: Any, name: str) -> bool:
+    """Whether the settings of the group in which a dotted setting stands depend on one of them."""
+    head, dot, _ = name.partition(".")
+    chosen = [kind for kind in annotations(root, head) if hasattr(kind, "alternatives")]
+    return bool(dot) and any(len(_members(kind)) > 1 for kind in chosen)
+
+
 def setting_paths(root: Any, above: str = "") -> list[str]:
     """The dotted names of all settings under a root that have fixed names."""
     found: list[str] = []

@@ -14,7 +14,7 @@ from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
-from dnnvss.commands.annotations import annotations, is_text, setting_paths
+from dnnvss.commands.annotations import annotations, is_text, setting_paths, several_kinds
 from dnnvss.commands.conf import choices, conf_folder, groups, read_file, setting_names
 from dnnvss.commands.usage import UsageError
 from dnnvss.settings import unknown_setting
@@ -220,6 +220,8 @@ class _Known:
         if key in self.groups:
             return self._group(replace(override, sign=sign if sign == "~" else ""), swept)
         if not self._exists(key):
+            if sign != "~" and several_kinds(self.command.root, key) and all(key.split(".")):
+                return replace(override, sign="++")  # the typed settings know which kind it is, and tell what that has
             raise self._unknown(key, value or "")
         wrapped = not self.command.literal and value is not None and _is_wrapped(value)
         text = is_text(self.command.root, key) and not wrapped and not self._refers(value or "")

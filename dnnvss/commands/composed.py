@@ -1,6 +1,7 @@
 """From the arguments of a settings command to typed settings, with hydra or without."""
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -58,19 +59,27 @@ def plain_settings(config: DictConfig) -> dict[str, Any]:
 
 
 def job_number() -> int | None:
-    """Which job of a sweep this is, counted from 0; None where there is no sweep. Hydra is not loaded to find out."""
-    if (loaded := sys.modules.get("hydra.core.hydra_config")) is None or not loaded.HydraConfig.initialized():
+    """Which job of a sweep this is, counted from 0; None where there is no sweep."""
+    if (hydra := _hydra()) is None or hydra.mode is None:
         return None
-    hydra = loaded.HydraConfig.get()
-    return int(hydra.job.num) if hydra.mode is not None and hydra.mode.name == "MULTIRUN" else None
+    return int(hydra.job.num) if hydra.mode.name == "MULTIRUN" else None
+
+
+def _hydra() -> Any:
+    """Hydra's own settings, None where it does not run; it is not loaded to find out."""
+    loaded = sys.modules.get("hydra.core.hydra_config")
+    return loaded.HydraConfig.get() if loaded is not None and loaded.HydraConfig.initialized() else None
 
 
 def typed_settings(command: SettingsCommand, config: DictConfig) -> Any:
     """Composed settings as an instance of the command's root.
 
     Raises:
-        UsageError: a name, type, range or choice that is wrong.
+        UsageError: a name, type, range or choice that is wrong, or a working directory that paths are not typed for.
     """
+    if (hydra := _hydra()) is not None and hydra.job.chdir:
+        raise UsageError("hydra.job.chdir=true would look for every path below the folder of the job",
+                         remedy="Leave it out: runs=FOLDER, or out=FILE, says where is written")
     try:
         return read_settings(command.root, plain_settings(config), "")
     except DnnvssError as error:
@@ -95,7 +104,10 @@ def _under_hydra(parsed: Arguments, job: Callable[[DictConfig], Any]) -> None:
     except (HydraException, OmegaConfBaseException) as error:
         _refuse_unreadable(parsed)
         remedy = f"dnnvss {parsed.command.name} --help lists the settings"
-        raise UsageError(_first_line(error), remedy=remedy) from error
+        if lacking := re.match(r"Could not override '([^']+)'", line := _first_line(error)):
+            line = f"{lacking[1]} is no setting of every run that is asked for"
+            remedy = "Check its name, or leave out the systems that lack it"
+        raise UsageError(line, remedy=remedy) from error
 
 
 def _refuse_unreadable(parsed: Arguments) -> None:

@@ -4,13 +4,14 @@ The command reads it before it does anything, so that a mistake in any setting i
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from omegaconf import DictConfig
 
 from dnnvss.commands.arguments import SettingsCommand
 from dnnvss.commands.composed import plain_settings, typed_settings
+from dnnvss.commands.conf import choices, conf_folder, read_file
 from dnnvss.commands.prepare_settings import CorpusSettings
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.choice import AUTO, AutoSettings
@@ -69,14 +70,43 @@ class SystemSettings:
             raise DnnvssError(f"{where}={shown(value)} is no table of names and values",
                               remedy=f"Give {where}.system=...")
         named = Named.of(value, where)
-        if named.system == AUTO:
-            return cls(named.name, AutoSettings.read(value))
-        return cls(named.name, read_system(named.name, value, where, f"{where}.fit")[1])
+        try:
+            if named.system == AUTO:
+                return cls(named.name, AutoSettings.read(value))
+            return cls(named.name, read_system(named.name, value, where, f"{where}.fit")[1])
+        except DnnvssError:
+            _refuse_of_another(named.name, value, where)
+            raise
 
     @staticmethod
     def alternatives() -> tuple[Any, ...]:
         """The types of the settings of all systems."""
         return (Named, AutoSettings, *(system.Settings for system in systems().values()))
+
+
+def _refuse_of_another(name: str, given: Mapping[str, Any], where: str) -> None:
+    """Refuse the first setting that other systems have and this one has not.
+
+    Args:
+        name: of the system, that of a file of ``conf/model``.
+        given: its settings.
+        where: the group.
+    """
+    kinds: dict[str, Any] = {AUTO: AutoSettings, **{kind: system.Settings for kind, system in systems().items()}}
+    known = {choice: [f.name for f in fields(kinds[_kind(choice)]) if f.init]
+             for choice in choices([conf_folder()], "model")}
+    for key in (key for key in given if key not in ("name", "system", *known.get(name, given))):
+        if others := [choice for choice, settings in known.items() if key in settings]:
+            own = ", ".join(f"{where}.{own}" for own in known[name])
+            raise DnnvssError(f"{where}.{key} is no setting of {where}={name}, which has {own or 'none'}",
+                              remedy=f"Leave it out, or take one of {where}={', '.join(others)}")
+
+
+def _kind(choice: str) -> str:
+    """The system that a file of ``conf/model`` names, or that which it builds on."""
+    own = read_file(conf_folder() / "model" / f"{choice}.yaml")
+    above = [entry for entry in own.get("defaults", []) if "@" not in entry and entry != "_self_"]
+    return str(own.get("system") or (_kind(above[0]) if above else choice))
 
 
 @dataclass(frozen=True, kw_only=True)
