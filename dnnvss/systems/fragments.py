@@ -1,6 +1,6 @@
 """Fragments of recorded movement of many lengths, joined: sentences, words, syllables and diphones."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -14,6 +14,7 @@ from dnnvss.features import phones_of
 from dnnvss.phones import PHONES
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import Example, Prediction, VisualModel, pooled
+from dnnvss.systems.cheapest import cheapest_path
 from dnnvss.systems.codebook_units import OUTSIDE, neighbours, phone_distances, similarities
 from dnnvss.systems.examples import speech_frames
 from dnnvss.systems.fragment_joins import WEIGHTINGS, blended, overlaps, resampled, warped
@@ -256,18 +257,12 @@ class Fragments(VisualModel):
         self, rows: Sequence[tuple[np.ndarray, np.ndarray]], units: Sequence[Unit]
     ) -> list[int]:
         """The places of the least sum of costs and of differences where pieces meet, one of each row."""
-        total, back = rows[0][1], []
-        for (one, two), left in zip(pairwise(rows), units[:-1], strict=True):
-            ends = self._middles(one[0] + left.last - left.first)
-            starts = self._middles(two[0])
-            apart = ((ends[:, None] - starts) ** 2).mean(axis=-1)
-            steps = total[:, None] + self.settings.boundary * apart
-            back.append(steps.argmin(axis=0))
-            total = steps.min(axis=0) + two[1]
-        path = [int(np.argmin(total))]
-        for pointers in reversed(back):
-            path.append(int(pointers[path[-1]]))
-        return path[::-1]
+        def joins() -> Iterator[np.ndarray]:
+            for (one, two), left in zip(pairwise(rows), units[:-1], strict=True):
+                ends, starts = self._middles(one[0] + left.last - left.first), self._middles(two[0])
+                yield self.settings.boundary * ((ends[:, None] - starts) ** 2).mean(axis=-1)
+
+        return cheapest_path([costs for _, costs in rows], joins())
 
     def _middles(self, phones: np.ndarray) -> np.ndarray:
         """What the recordings show in the middle of phones (n,), in standard deviations (n, D)."""

@@ -1,6 +1,6 @@
 """Real pieces of the recordings, chosen by the trajectory that a network or any other system predicts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -15,6 +15,7 @@ from dnnvss.features import FeatureTable, phones_of
 from dnnvss.phones import PHONES
 from dnnvss.settings import setting
 from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel
+from dnnvss.systems.cheapest import cheapest_path
 from dnnvss.systems.codebook import Choice, Codebook, CodebookSettings
 from dnnvss.systems.codebook_units import SAMPLES
 from dnnvss.systems.guide import check_guide, make_guide, opened_guide, stretch_of
@@ -164,19 +165,13 @@ class GuidedCodebook(VisualModel):
 
     def _path(self, rows: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[int]:
         """Return the examples of the least total cost, one of each row."""
-        total = rows[0][1]
-        back: list[np.ndarray] = []
-        for (before, _), (entries, costs) in pairwise(rows):
-            ends, starts = self._samples[before, -1], self._samples[entries, 0]
-            jumps = (ends**2).sum(axis=1)[:, None] + (starts**2).sum(axis=1) - 2 * ends @ starts.T
-            steps = total[:, None] + self.join * jumps
-            back.append(steps.argmin(axis=0))
-            total = steps.min(axis=0) + costs
-        last = int(total.argmin())
-        path = [last]
-        for pointers in reversed(back):
-            path.append(int(pointers[path[-1]]))
-        return [int(entries[k]) for (entries, _), k in zip(rows, reversed(path), strict=True)]
+        def joins() -> Iterator[np.ndarray]:
+            for (before, _), (entries, _) in pairwise(rows):
+                ends, starts = self._samples[before, -1], self._samples[entries, 0]
+                yield self.join * ((ends**2).sum(axis=1)[:, None] + (starts**2).sum(axis=1) - 2 * ends @ starts.T)
+
+        path = cheapest_path([costs for _, costs in rows], joins())
+        return [int(entries[k]) for (entries, _), k in zip(rows, path, strict=True)]
 
     def _cheapest(self, row: tuple[np.ndarray, np.ndarray], path: Sequence[int], k: int) -> np.ndarray:
         """Return the examples (n,) that cost least in place ``k`` of a path, its own first."""

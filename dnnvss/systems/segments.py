@@ -1,6 +1,6 @@
 """Real segments of the recordings, of one length whatever is said, chosen by the trajectory of another system."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -14,6 +14,7 @@ from dnnvss.face.base import Face
 from dnnvss.features import FeatureTable
 from dnnvss.settings import check_settings, setting
 from dnnvss.systems.base import READABLE, Example, Prediction, VisualModel
+from dnnvss.systems.cheapest import cheapest_path
 from dnnvss.systems.guide import check_guide, make_guide, stretch_of
 from dnnvss.timing import FrameClock
 
@@ -101,18 +102,16 @@ class GuidedSegments(VisualModel):
     def chosen(self, guide: np.ndarray) -> list[int]:
         """The first frames, among all training frames, of the segments for a guide (T, D): one every half segment."""
         rows = self.nearest(np.stack(self._pieces(guide))[:, self._places])
-        total, back = rows[0][1], []
-        for (before, _), (entries, costs) in pairwise(rows):
-            behind = self._frames(before + self.half, self.half).reshape(len(before), -1)
-            ahead = self._frames(entries, self.half).reshape(len(entries), -1)
-            gaps = ((behind**2).sum(axis=1)[:, None] + (ahead**2).sum(axis=1) - 2 * behind @ ahead.T) / self.half
-            steps = total[:, None] + self.settings.join * np.maximum(gaps, 0)
-            back.append(steps.argmin(axis=0))
-            total = steps.min(axis=0) + costs
-        path = [int(total.argmin())]
-        for pointers in reversed(back):
-            path.append(int(pointers[path[-1]]))
-        return [int(entries[k]) for (entries, _), k in zip(rows, reversed(path), strict=True)]
+
+        def joins() -> Iterator[np.ndarray]:
+            for (before, _), (entries, _) in pairwise(rows):
+                behind = self._frames(before + self.half, self.half).reshape(len(before), -1)
+                ahead = self._frames(entries, self.half).reshape(len(entries), -1)
+                gaps = ((behind**2).sum(axis=1)[:, None] + (ahead**2).sum(axis=1) - 2 * behind @ ahead.T) / self.half
+                yield self.settings.join * np.maximum(gaps, 0)
+
+        path = cheapest_path([costs for _, costs in rows], joins())
+        return [int(entries[k]) for (entries, _), k in zip(rows, path, strict=True)]
 
     def faded(self, starts: Sequence[int], frames: int) -> np.ndarray:
         """Segments (T, D), each risen and fallen over half its length; the first begins half a segment early."""
