@@ -14,6 +14,7 @@ from dnnvss.features import Settings
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
 from dnnvss.staging import is_ours
+from dnnvss.systems.members import widest_layer
 from dnnvss.training.settings import SHARING
 
 _NOT_RESULTS = ("runs", "run", "overwrite", "jobs", "sample", "knowledge")
@@ -59,7 +60,7 @@ def what_counts(settings: RunSettings, fingerprint: str) -> dict[str, Any]:
         del kept["folds"]
     if not settings.heard_with:
         del kept["heard_with"], kept["balance"]
-    kept["trainer"] = _fit_that_counts(kept["trainer"], _widest(kept["model"]))
+    kept["trainer"] = _fit_that_counts(kept["trainer"], widest_layer(kept["model"]))
     kept["model"] = system_that_counts(kept["model"])
     read, usual = settings.task.table.settings, Settings()
     same = {name for name in _UNSAID if getattr(read, name) == getattr(usual, name)}
@@ -81,15 +82,7 @@ def system_that_counts(model: Mapping[str, Any]) -> dict[str, Any]:
         counts["sources"] = {name: {k: v for k, v in own.items() if k != "checkpoint"} for name, own in sources.items()}
     if systems := model.get("systems"):
         counts["systems"] = {name: system_that_counts(own) for name, own in systems.items()}
-    return {k: _fit_that_counts(v, _widest(counts)) if k == "fit" else v for k, v in counts.items()}
-
-
-def _widest(model: Mapping[str, Any]) -> int:
-    """Inputs of the widest linear layer behind the first in the networks of a system."""
-    widths = [width for width in model.get("hidden", ()) if isinstance(width, int)]
-    if isinstance(width := model.get("width"), int):
-        widths.append(2 * width)  # both ways over time
-    return max([0, *widths, *(_widest(part) for part in model.values() if isinstance(part, Mapping))])
+    return {k: _fit_that_counts(v, widest_layer(counts)) if k == "fit" else v for k, v in counts.items()}
 
 
 def _fit_that_counts(fit: Mapping[str, Any], widest: int) -> dict[str, Any]:

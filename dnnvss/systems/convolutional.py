@@ -39,6 +39,11 @@ class ConvolutionalSettings:
             raise DnnvssError(f"model.network.kernel={self.kernel} has no centre",
                               remedy="Give an odd number, or a lookahead")
 
+    @property
+    def widest(self) -> int:
+        """Inputs of the widest linear layer behind the first, the output."""
+        return self.width
+
 
 class Block(nn.Module):
     """A residual layer: ``x + dropout(gelu(conv(norm(x))))``; beyond the utterance lie zeros.

@@ -24,7 +24,8 @@ class FrameNetwork(nn.Module):
     kind: ClassVar[str]
     """Its name in YAML: ``model.network.kind``."""
     Settings: ClassVar[type[Any]]
-    """A frozen dataclass of what YAML may set."""
+    """A frozen dataclass of what YAML may set. It tells ``widest``: the inputs of the widest linear layer behind
+    ``first``, by which the rate of AdamW may fall."""
     over_time: ClassVar[bool] = False
     """Whether an output depends on other frames of the utterance, so that whole ones are needed."""
     out: int

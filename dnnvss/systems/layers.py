@@ -35,6 +35,11 @@ class FeedForwardSettings:
             raise DnnvssError("model.network.hidden=[] is no network",
                               remedy="Give the width of one layer at least: model.network.hidden=[512]")
 
+    @property
+    def widest(self) -> int:
+        """Inputs of the widest linear layer behind the first."""
+        return max(self.hidden)
+
 
 @dataclass(frozen=True)
 class Layers:

@@ -19,7 +19,7 @@ class MembersSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "model")
-        _check(self.network)
+        network_settings(self.network)
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,25 @@ class NetworkSettings(MembersSettings):
     variances: bool = setting(False, doc="whether a second head predicts a variance for every frame and output")
 
 
-def _check(network: Mapping[str, Any]) -> None:
-    """Refuse a kind of network that does not exist, or a setting that it refuses."""
+def network_settings(network: Mapping[str, Any]) -> Any:
+    """The settings of a network of any kind, read.
+
+    Raises:
+        DnnvssError: no such kind, or a setting that it refuses.
+    """
     if network.get("kind") == "feedforward":
         own = {name: value for name, value in network.items() if name != "kind"}
-        read_settings(FeedForwardSettings, own, "model.network")
-        return
+        return read_settings(FeedForwardSettings, own, "model.network")
     from dnnvss.systems.frame_network import NetworkPlan  # loads torch
 
-    NetworkPlan.read(network)
+    return NetworkPlan.read(network).settings
+
+
+def widest_layer(model: Mapping[str, Any]) -> int:
+    """Inputs of the widest linear layer behind the first in the networks of a system; 0 where it has none.
+
+    Args:
+        model: the settings of a system, as in its file of ``conf/model``, or a part of them.
+    """
+    own = network_settings(model).widest if "kind" in model else 0
+    return max([own, *(widest_layer(part) for part in model.values() if isinstance(part, Mapping))])

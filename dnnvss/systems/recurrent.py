@@ -36,6 +36,12 @@ class RecurrentSettings:
     def __post_init__(self) -> None:
         check_settings(self, "model.network")
 
+    @property
+    def widest(self) -> int:
+        """Inputs of the widest linear layer behind the first, the output: units of both directions where both are
+        seen."""
+        return self.width * (2 if self.lookahead is None else 1)
+
 
 class RecurrentLayer(nn.Module):
     """One layer in one direction.
@@ -113,12 +119,11 @@ class Recurrent(SequenceNetwork):
     def __init__(self, binary: int, numeric: int, active: int, out: int, cell: str = "lstm", layers: int = 2,
                  width: int = 192, lookahead: int | None = None, dropout: float = 0.0,
                  input_dropout: float = 0.0) -> None:
-        RecurrentSettings(cell, layers, width, lookahead, dropout, input_dropout)
+        settings = RecurrentSettings(cell, layers, width, lookahead, dropout, input_dropout)
         first = CodeLinear(binary, numeric, width, input_dropout)
         first.reset(active)
-        both = lookahead is None
-        core = RecurrentCore(cell, width, width, layers, both, dropout)
-        super().__init__(first, OverTime(core, width * (2 if both else 1), out, dropout, lookahead), lookahead)
+        core = RecurrentCore(cell, width, width, layers, lookahead is None, dropout)
+        super().__init__(first, OverTime(core, settings.widest, out, dropout, lookahead), lookahead)
 
     @property
     def reach(self) -> tuple[int, int]:

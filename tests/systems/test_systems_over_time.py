@@ -18,6 +18,7 @@ from dnnvss.features import CodeStore, FeatureTable, NumericScaler
 from dnnvss.systems import Example
 from dnnvss.systems.blend import BlendedNetworks
 from dnnvss.systems.frame_network import FrameNetwork, NetworkPlan
+from dnnvss.systems.members import widest_layer
 from dnnvss.systems.network import NetworkModel
 from dnnvss.systems.parts import pieces
 from dnnvss.systems.recurrent import RecurrentCore
@@ -256,3 +257,10 @@ def test_what_comes_before_matters(tmp_path: Path, examples: dict[str, list[Exam
         errors[kind] = np.mean([np.square(model.predict(e).mean - e.measured[0])[:, 0].mean() for e in train])
 
     assert errors["recurrent"] < 0.6 * errors["feedforward"]
+
+
+@pytest.mark.parametrize("settings", [*BOTH, *CAUSAL, {"kind": "feedforward", "hidden": [7, 30, 4]}])
+def test_settings_tell_the_widest_layer_behind_the_first(settings: dict[str, object]) -> None:
+    """Names of runs depend on it: beyond the base width the rate falls with it."""
+    layers = [layer for layer in built(settings).modules() if isinstance(layer, nn.Linear)]
+    assert widest_layer({"network": settings}) == max(layer.in_features for layer in layers)

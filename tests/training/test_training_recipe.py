@@ -71,6 +71,8 @@ def test_a_name_tells_what_wide_layers_were_fitted_with_and_that_of_narrow_ones_
     assert named() == named(off) and named(wide) != named(wide, off)
     assert named(wide, "trainer.optimizer=sgd") == named(wide, off, "trainer.optimizer=sgd")
     assert named("model=ensemble") == named("model=ensemble", off)
+    assert named("model=convolutional", "model.network.width=300") == named(
+        "model=convolutional", "model.network.width=300", off)
 
 
 @pytest.mark.parametrize(("error", "null", "ends"), [(150.0, 1.0, True), (99.0, 0.2, False), (150.0, 2.0, False),
