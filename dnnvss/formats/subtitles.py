@@ -12,7 +12,7 @@ from pathlib import Path
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
-from dnnvss.formats.unsaid import without_names, without_remarks
+from dnnvss.formats.unsaid import spoken_caption, without_names
 
 _REMEDY = "Write each cue as a line 00:00:01,000 --> 00:00:02,500 and its text below, a blank line after it"
 _STAMP = r"(-?)(?:(\d{1,3}) ?: ?)?(\d{1,2}) ?: ?(\d{1,2})(?: ?[.,] ?(\d{1,9})|:(\d{1,2}))?"
@@ -23,10 +23,6 @@ _TIMED = re.compile(rf"-->|\d\s*{_ARROW}\s*-?\d|\d:\d\d[.,:]\d+.*\d:\d\d[.,:]\d"
 _RATES = (24, 25, 30, 50, 60, 100)
 """Frames a second in which times ``h:m:s:frame`` may count."""
 _TAG = re.compile(r"<[/A-Za-z\d!][^<>]{0,200}>|\{\\[^{}]{0,200}\}")
-_SOUND = re.compile(r"\[[^\[\]]*\]:?|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)"
-                    r"|^\s*#[^#\n]*#\s*$", re.MULTILINE)
-_DASH = re.compile(r"^\s*[-\u2013]\s+", re.MULTILINE)
-"""Before what each of several says."""
 _INSTANT = 0.1
 """Seconds in which nobody says a line again: captions that roll up hold it so long between two others."""
 _NOTE = re.compile(r"(NOTE|STYLE|REGION)(\s|$)")
@@ -133,8 +129,7 @@ def _seconds(parts: tuple[str | None, ...], rate: int) -> float:
 
 def _spoken(lines: list[str]) -> str:
     """What is said of the lines of a cue."""
-    bare = html.unescape(_TAG.sub("", "\n".join(lines)))
-    bare = without_remarks(_DASH.sub("", _SOUND.sub(" ", bare)))
+    bare = spoken_caption(html.unescape(_TAG.sub("", "\n".join(lines))))
     return "\n".join(" ".join(line.split()) for line in bare.split("\n"))
 
 

@@ -16,6 +16,11 @@ _SOUNDS = (r"laugh(?:s|ter|ing)?|chuckl(?:es|ing)|sigh(?:s|ing)?|cough(?:s|ing)?
            r"breath(?:s|es|ing)?|unintelligible|indistinct|cross-?talk|music(?: playing)?|applause|beep|silence|"
            r"(?:background )?noise|inaudible|pause")
 _REMARK = re.compile(rf"\[[^\[\]\n]*\]:?|\((?i:{_SOUNDS})\)|\*(?i:{_SOUNDS})\*|^\s*\([^()\n]*\)\s*$", re.MULTILINE)
+_SOUND = re.compile(r"\[[^\[\]]*\]:?|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)"
+                    r"|^\s*#[^#\n]*#\s*$", re.MULTILINE)
+"""What captions have beside that: remarks over several lines or before what is said, and songs between notes."""
+_DASH = re.compile(r"^\s*[-\u2013]\s+", re.MULTILINE)
+"""Before what each of several says."""
 _CREDIT = re.compile(r"Transcribed by https?://\S+", re.IGNORECASE)
 _HESITATION = re.compile(r"%HESITATION\b", re.IGNORECASE)
 _NUMBERED_LINE = re.compile(r"\s*\(?\d{1,4}[.):]\s+(?=[A-Z\"'\u201c\u2018])")
@@ -43,6 +48,11 @@ def without_names(lines: Sequence[str]) -> list[str]:
 def without_remarks(text: str) -> str:
     """A text without what is heard beside speech (``[laughter]``, ``(sighs)``), a hesitation as it sounds."""
     return _HESITATION.sub("uh", _REMARK.sub(" ", _CREDIT.sub("", text)))
+
+
+def spoken_caption(text: str) -> str:
+    """The text of a caption, a line or more, without what is heard beside speech, songs, and dashes before turns."""
+    return without_remarks(_DASH.sub("", _SOUND.sub(" ", text)))
 
 
 def spoken_lines(text: str, utterance: str | None = None) -> list[str]:
