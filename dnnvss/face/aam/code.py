@@ -7,11 +7,11 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.archives import Held, read_declared
+from dnnvss.face.outliers import OUTLIER_ARRAYS, outlier_arrays, outliers_in
 
 _ARRAYS = {
     "parameters": Held(("F", "D")), "pose": Held(("F", 4)), "shape_offset": Held(("P", 2)),
-    "texture_offset": Held(("N", 3)), "valid": Held(("F",), "b"), "outlier_reasons": Held(("R",), "U"),
-    "outlier_frames": Held(("R", ...), "b")}
+    "texture_offset": Held(("N", 3)), "valid": Held(("F",), "b"), **OUTLIER_ARRAYS}
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,10 @@ class ClipCode:
 
     def save(self, path: str | Path, **more: np.ndarray) -> Path:
         """Write the code, and ``more`` arrays beside it, as ``.npz`` and return the path."""
-        names = sorted(self.outliers)
         return files.write_arrays(
             path, parameters=self.parameters, pose=self.pose, shape_offset=self.shape_offset,
             texture_offset=self.texture_offset.astype(np.float16), valid=self.valid,
-            outlier_reasons=np.array(names, dtype=str),
-            outlier_frames=np.array([[n in self.outliers and f in self.outliers[n] for f in range(len(self.valid))]
-                                     for n in names], dtype=bool), **more)
+            **outlier_arrays(self.outliers, len(self.valid)), **more)
 
     @classmethod
     def load(cls, path: str | Path) -> "ClipCode":
@@ -54,7 +51,5 @@ class ClipCode:
         """
         remedy = "Delete it and run the command again"
         arrays = read_declared(path, _ARRAYS, remedy)
-        marks = zip(arrays["outlier_reasons"], arrays["outlier_frames"], strict=True)
-        outliers = {str(reason): np.flatnonzero(row).tolist() for reason, row in marks}
         return cls(arrays["parameters"], arrays["pose"], arrays["shape_offset"],
-                   arrays["texture_offset"].astype(np.float32), arrays["valid"], outliers)
+                   arrays["texture_offset"].astype(np.float32), arrays["valid"], outliers_in(arrays))

@@ -7,10 +7,11 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.archives import Held, read_declared
+from dnnvss.face.outliers import OUTLIER_ARRAYS, outlier_arrays, outliers_in
 
 _ARRAYS = {
     "parameters": Held(("F", "D")), "pose": Held(("F", "pose")), "shape_offset": Held(("P", "d")),
-    "valid": Held(("F",), "b"), "outlier_reasons": Held(("R",), "U"), "outlier_frames": Held(("R", ...), "b")}
+    "valid": Held(("F",), "b"), **OUTLIER_ARRAYS}
 _REMEDY = "Delete it and run the command again"
 
 
@@ -35,13 +36,8 @@ class PointsCode:
 
     def save(self, path: Path, **more: np.ndarray) -> Path:
         """Write the code, and ``more`` arrays beside it, as ``.npz``; return the path."""
-        reasons = sorted(self.outliers)
-        frames = np.zeros((len(reasons), len(self.valid)), bool)
-        for row, reason in zip(frames, reasons, strict=True):
-            row[self.outliers[reason]] = True
         return files.write_arrays(path, parameters=self.parameters, pose=self.pose, shape_offset=self.shape_offset,
-                                  valid=self.valid, outlier_reasons=np.array(reasons, dtype=str),
-                                  outlier_frames=frames, **more)
+                                  valid=self.valid, **outlier_arrays(self.outliers, len(self.valid)), **more)
 
     @classmethod
     def load(cls, path: Path) -> "PointsCode":
@@ -51,6 +47,4 @@ class PointsCode:
             DnnvssError: the file is missing or damaged.
         """
         arrays = read_declared(path, _ARRAYS, _REMEDY)
-        marks = zip(arrays["outlier_reasons"], arrays["outlier_frames"], strict=True)
-        outliers = {str(reason): np.flatnonzero(row).tolist() for reason, row in marks}
-        return cls(arrays["parameters"], arrays["pose"], arrays["shape_offset"], arrays["valid"], outliers)
+        return cls(arrays["parameters"], arrays["pose"], arrays["shape_offset"], arrays["valid"], outliers_in(arrays))
