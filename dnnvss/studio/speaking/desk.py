@@ -75,89 +75,33 @@ class SpeakingDesk:
 
     def page(self) -> Page:
         """The page to serve, with the service under it."""
-        routes = (
-            Route(
-                "GET",
-                "/v1/runs",
-                lambda asked: self.runs(),
-                "the finished runs, the last one first",
-            ),
+        return Page("speaking", self.routes(), around=self.working, seen=self._requests.seen)
+
+    def routes(self) -> tuple[Route, ...]:
+        """The service: what may be asked, and what answers."""
+        take = "/v1/takes/{take}"
+        return (
+            Route("GET", "/v1/runs", lambda asked: self.runs(), "the finished runs, the last one first"),
             Route("POST", "/v1/speak", self.speak, "says something; answers with a take"),
-            Route(
-                "POST",
-                "/v1/takes/{take}",
-                self.change,
-                "the same words at the same times in another style or with keys; answers with a new take",
-            ),
-            Route(
-                "GET",
-                "/v1/takes/{take}",
-                self.told,
-                "all about a take but its pictures and its sound",
-            ),
-            Route(
-                "GET",
-                "/v1/takes/{take}/pictures",
-                self.pictures,
-                "pictures first=K count=N view=face as JPEG, each behind its length in four bytes",
-            ),
-            Route("GET", "/v1/takes/{take}/sound", self.sound, "the sound as 16-bit WAV"),
-            Route(
-                "GET",
-                "/v1/takes/{take}/files/{file}",
-                self.file,
-                "a file to take away; the take names them",
-            ),
-            Route(
-                STREAM,
-                "/v1/stream",
-                self.stream,
-                "says something, as speak; a WebSocket: "
-                "first the take as JSON, then each picture as JPEG behind its number in four bytes",
-            ),
-            Route(
-                "POST",
-                "/v1/sounds",
-                self.bring_sound,
-                "a recording in any common format; answers with its id",
-                MOST_SENT,
-            ),
-            Route(
-                "POST",
-                "/v1/alignments/{file}",
-                self.bring_times,
-                "phone times out of a TextGrid or .lab, as speak takes them",
-                5_000_000,
-            ),
-            Route(
-                "GET",
-                "/v1/setup",
-                lambda asked: self._setup.state(),
-                "how far the built-in talker is",
-            ),
-            Route(
-                "POST", "/v1/setup", lambda asked: self._setup.start(), "makes the built-in talker"
-            ),
-            Route(
-                "GET",
-                "/v1/health",
-                self.health,
-                "whether the service is well; 503 where no worker is there",
-            ),
-            Route(
-                "GET",
-                "/v1/metrics",
-                self.metrics,
-                "counts and seconds in the text form of Prometheus",
-            ),
-            Route(
-                "GET",
-                "/v1/openapi.json",
-                lambda asked: described(self.page().routes),
-                "this description",
-            ),
+            Route("POST", take, self.change, "the same words at the same times in another style or with keys; answers "
+                  "with a new take"),
+            Route("GET", take, self.told, "all about a take but its pictures and its sound"),
+            Route("GET", f"{take}/pictures", self.pictures, "pictures first=K count=N view=face as JPEG, each behind "
+                  "its length in four bytes"),
+            Route("GET", f"{take}/sound", self.sound, "the sound as 16-bit WAV"),
+            Route("GET", f"{take}/files/{{file}}", self.file, "a file to take away; the take names them"),
+            Route(STREAM, "/v1/stream", self.stream, "says something, as speak; a WebSocket: first the take as JSON, "
+                  "then each picture as JPEG behind its number in four bytes"),
+            Route("POST", "/v1/sounds", self.bring_sound, "a recording in any common format; answers with its id",
+                  MOST_SENT),
+            Route("POST", "/v1/alignments/{file}", self.bring_times, "phone times out of a TextGrid or .lab, as speak "
+                  "takes them", 5_000_000),
+            Route("GET", "/v1/setup", lambda asked: self._setup.state(), "how far the built-in talker is"),
+            Route("POST", "/v1/setup", lambda asked: self._setup.start(), "makes the built-in talker"),
+            Route("GET", "/v1/health", self.health, "whether the service is well; 503 where no worker is there"),
+            Route("GET", "/v1/metrics", self.metrics, "counts and seconds in the text form of Prometheus"),
+            Route("GET", "/v1/openapi.json", lambda asked: described(self.routes()), "this description"),
         )
-        return Page("speaking", routes, around=self.working, seen=self._requests.seen)
 
     @asynccontextmanager
     async def working(self) -> AsyncIterator[None]:
