@@ -273,6 +273,6 @@ def _key(material: Material, auto: AutoSettings) -> str:
     counts["model"] = {name: system_that_counts(mapping) for name, mapping in auto.candidates.items()}
     train = material.examples["train"]
     parts = [counts, _folds(auto, speech(train) / 60, len(train)), auto.steps, [e.id for e in train]]
-    if not material.encoded.face.jacobian().shape[1]:  # of these the first five were looked at before
-        parts.append("every curve")
+    if (first := leading(material.encoded.face)) != leading(None):
+        parts.append(first)
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=dict).encode()).hexdigest()[:16]

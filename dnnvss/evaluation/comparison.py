@@ -12,7 +12,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.measures import MEASURES, frame_errors
-from dnnvss.evaluation.report import number
+from dnnvss.evaluation.report import interval, number
 from dnnvss.evaluation.statistics import (
     FEWEST,
     Difference,
@@ -175,7 +175,7 @@ class Comparison:
                  "the 95 % bootstrap interval over sentences."]
         parts += self.gaps + self.rivals + self.few
         for block in _split(self.measures, 5):
-            rows = [[*self.named(s), *[_interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
+            rows = [[*self.named(s), *[interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
             parts.append(markdown_numbers([*self.head, *[m.title for m in block]], rows))
         if len(self.systems) > 1:
             parts += ["### Paired differences", self._tests_text()]
@@ -185,7 +185,7 @@ class Comparison:
 
     def _tests_text(self) -> str:
         kept, without = self.telling()
-        rows = [[title, names, _interval(Estimate(d.value, d.low, d.high)), p_value(d.p), p_value(p)]
+        rows = [[title, names, interval(Estimate(d.value, d.low, d.high)), p_value(d.p), p_value(p)]
                 for title, names, d, p in kept]
         head = ["metric", "systems", "difference", "p (permutation)", "p (Holm)"]
         return "\n\n".join([*self.tested, *([markdown_numbers(head, rows)] if rows else []), *left_out(without)])
@@ -313,10 +313,6 @@ def _frame_classes(s: Sentence, bench: Bench) -> np.ndarray:
 
 def _split(measures: tuple[Measure, ...], size: int) -> list[tuple[Measure, ...]]:
     return [measures[i : i + size] for i in range(0, len(measures), size)]
-
-
-def _interval(e: Estimate) -> str:
-    return number(e.value) if np.isnan(e.low) else f"{number(e.value)} ({number(e.low)} to {number(e.high)})"
 
 
 def _plain(values: Mapping[str, float]) -> dict[str, float | None]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.metrics import METRICS, mean_known
+from dnnvss.evaluation.statistics import Estimate
 from dnnvss.formats.tables import aligned, markdown_numbers
 
 REGIONS = ("speech", "all")
@@ -192,6 +193,11 @@ def _plain(value: float) -> float | None:
 def number(value: float) -> str:
     """A number for a table: three decimals, two from 10 on, a dash where there is none."""
     return _DASH if np.isnan(value) else f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
+
+
+def interval(e: Estimate) -> str:
+    """A value with its interval for a table, alone where it has none."""
+    return number(e.value) if np.isnan(e.low) else f"{number(e.value)} ({number(e.low)} to {number(e.high)})"
 
 
 def _mean_and_spread(mean: float, spread: float) -> str:

@@ -179,17 +179,13 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
     """
     task, places = parts[0].generator.task, RunFiles(folder)
     test = [e for part in parts for e in part.examples["test"]]
-    others = sorted({source for part in parts for source in part.others})
-    predicted: dict[str, Trajectories] = {}
-    for part in parts:
-        for name, own in _said(part, styles, folder).items():
-            predicted.setdefault(name, {}).update(own)
+    predicted = _pooled([_said(part, styles, folder) for part in parts])
     references = {e.id: e.measured[0][:, 0] for e in test}
     seen, speech, valid = _measured(task, test, face)
-    masks = {"speech": speech, "valid": valid}
-    outputs = {"predicted": predicted["model"], "reference": references, **masks,
-               **{f"predicted_{name}": predicted[_row(name)] for name in styles},
-               **{f"predicted_{source}": predicted[_row(SOURCES[source])] for source in others}}
+    kept = {"predicted": "model", **{f"predicted_{name}": _row(name) for name in styles},
+            **{f"predicted_{source}": _row(SOURCES[source]) for source in SOURCES for p in parts if source in p.others}}
+    outputs = {"reference": references, "speech": speech, "valid": valid,
+               **{name: predicted[row] for name, row in kept.items()}}
     for name, arrays in outputs.items():
         files.write_arrays(places.prediction(name), **arrays)
     report = evaluate(predicted, seen, speech=speech, valid=valid, first=leading(face))
@@ -199,14 +195,11 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
     title = ", ".join([title, *notes[:1]])
     lively = compare(make_bench(task, test, face), {n: p for n, p in predicted.items() if n != "training mean"},
                      measures=tuple(m for m in MEASURES if m.name in LIVELINESS))
-    head, rows = _lively_rows(lively)
-    about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
     line, unseen = _unseen_words(folder, task, face, parts, predicted, references, valid)
     judged = judge(report) if judge else None
     pages = [title, *([judged.markdown()] if judged else []), *notes[1:],
              *filter(None, [face_kind(face.kind).lacks]), report.markdown(), *chosen,
-             *_gaps(left_out or {}), "## Lips, liveliness and stillness", markdown_numbers(head, rows),
-             *lively.gaps, about, *unseen, corpus.info.credit]
+             *_gaps(left_out or {}), *_lively_part(lively), *unseen, corpus.info.credit]
     files.write_text(places.page, "\n\n".join(pages) + "\n")
     attempted("figures of coefficients",
               lambda: _figures(folder, task, face, test[0], {name: p[test[0].id] for name, p in predicted.items()}))
@@ -214,7 +207,7 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
                "left_out": {i: list(own) for i, own in (left_out or {}).items()},
                "liveliness": _plain(lively), "calibration": _calibration(folder, parts),
                "verdict": list(judged.lines) if judged else []}
-    text = "\n\n".join([title, report.table(), *chosen, aligned(head, rows), *line])
+    text = "\n\n".join([title, report.table(), *chosen, aligned(*_lively_rows(lively)), *line])
     return Evaluation(report, numbers, text, judged)
 
 
@@ -259,6 +252,21 @@ def _row(style: str) -> str:
 
 def _generated(generator: Generator, examples: Sequence[Example], style: Style) -> Trajectories:
     return {e.id: generator(e, style) for e in examples}
+
+
+def _pooled(said: Sequence[Mapping[str, Trajectories]]) -> dict[str, Trajectories]:
+    """What is said of the sentences of all parts, by row of the table."""
+    every: dict[str, Trajectories] = {}
+    for rows in said:
+        for name, own in rows.items():
+            every.setdefault(name, {}).update(own)
+    return every
+
+
+def _lively_part(lively: Comparison) -> list[str]:
+    """The part of the page on what correlation does not see."""
+    about = "\n".join(f"- **{m.title}**: {m.definition}" for m in lively.measures)
+    return ["## Lips, liveliness and stillness", markdown_numbers(*_lively_rows(lively)), *lively.gaps, about]
 
 
 def _lively_rows(lively: Comparison) -> tuple[list[str], list[list[str]]]:

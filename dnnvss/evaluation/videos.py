@@ -115,7 +115,7 @@ def _truth(spoken: Spoken, corpus: Corpus, utterance: Utterance) -> tuple[str, I
     run, pictures = spoken.run, spoken.stage.pictures
     if isinstance(run.face, Textured):
         return RECORDED, recorded(corpus, utterance, pictures.size)
-    measured = read_arrays(run.files.prediction("reference"))[utterance.id]
+    measured = _kept(run, "reference", utterance)
     return "measured", pictures.frames(resample(measured, spoken.clock, utterance.clock))
 
 
@@ -130,10 +130,15 @@ def through_the_face(spoken: Spoken, utterance: Utterance) -> tuple[Iterator[np.
         Pictures at the recording's rate, and which of them (F,) were measured.
     """
     run, clock = spoken.run, spoken.clock
-    measured, valid = (read_arrays(run.files.prediction(name))[utterance.id] for name in ("reference", "valid"))
+    measured, valid = (_kept(run, kind, utterance) for kind in ("reference", "valid"))
     shown = resample(measured, clock, utterance.clock)
     nearest = np.minimum((utterance.clock.centres(len(shown)) * float(clock.rate)).astype(int), len(valid) - 1)
     return spoken.stage.pictures.frames(shown), valid.astype(bool)[nearest]
+
+
+def _kept(run: Run, kind: str, utterance: Utterance) -> np.ndarray:
+    """What a run keeps of a test sentence; those of the others are not read."""
+    return read_arrays(run.files.prediction(kind), names={utterance.id})[utterance.id]
 
 
 def _paled(pictures: Iterator[np.ndarray], known: np.ndarray) -> Iterator[np.ndarray]:

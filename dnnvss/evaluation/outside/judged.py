@@ -9,7 +9,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.outside.scores import MEASURES
-from dnnvss.evaluation.report import number
+from dnnvss.evaluation.report import interval, number
 from dnnvss.evaluation.statistics import Estimate, estimate
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.records import read_record
@@ -81,7 +81,7 @@ class Judged:
 
     def rows(self, row: str) -> list[str]:
         """The values of a row with their intervals, as text."""
-        return [_interval(self.estimate(row, measure)) for measure in MEASURES]
+        return [interval(self.estimate(row, measure)) for measure in MEASURES]
 
     def table(self) -> str:
         """The values as text for the screen."""
@@ -96,7 +96,3 @@ class Judged:
             "one tracker that knows nothing of the model. In brackets the 95 % bootstrap interval over sentences.",
             markdown_numbers(["", *MEASURES], [[row, *self.rows(row)] for row in ROWS]), *self.left_out,
             "\n".join(told)]) + "\n"
-
-
-def _interval(e: Estimate) -> str:
-    return number(e.value) if np.isnan(e.low) else f"{number(e.value)} ({number(e.low)} to {number(e.high)})"
