@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -69,51 +68,39 @@ def groups_of(
     Raises:
         DnnvssError: names that no marker has, less than three on the jig, or no group ``lips`` of four and more.
     """
-    on_jig = (
-        [n for n in names if n.lower().startswith(jig.lower())]
-        if isinstance(jig, str)
-        else list(jig)
-    )
-    rest = [n for n in names if n not in on_jig]
-    stems = [(n.rstrip("0123456789").rstrip("_-. ") or n) for n in rest]
-    by = {
-        k: [n for n, _ in own]
-        for k, own in groupby(
-            sorted(zip(rest, stems, strict=True), key=lambda p: stems.index(p[1])),
-            key=lambda p: p[1],
-        )
-    }
-    wanted = by if not groups else {k: list(v) for k, v in groups.items()}
-    if unknown := [
-        n for n in (*on_jig, *(n for own in wanted.values() for n in own)) if n not in names
-    ]:
-        raise DnnvssError(
-            f"no marker is called {unknown[0]!r}",
-            remedy=f"There are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}",
-        )
-    if len(on_jig) < 3:
-        raise DnnvssError(
-            f"{len(on_jig)} markers are known to sit on a jig, and head motion needs 3",
-            remedy="Name markers that do not move on the head: corpus.importer.jig=[NAME, NAME, NAME]",
-        )
-    if len(wanted.get("lips", ())) < 4:
-        raise DnnvssError(
-            f"the group lips has {len(wanted.get('lips', ()))} markers, and a mouth needs 4",
-            remedy="Give groups: corpus.importer.groups={lips: [NAME, ...], jaw: [...]}",
-        )
+    on_jig = [n for n in names if n.lower().startswith(jig.lower())] if isinstance(jig, str) else list(jig)
+    wanted = {group: list(own) for group, own in groups.items()} if groups else _by_stem(names, on_jig)
+    _check_groups(names, on_jig, wanted)
     order = [n for own in wanted.values() for n in own]
+    ends = np.cumsum([0, *map(len, wanted.values()), len(on_jig)]).tolist()
+    rows = {group: (a, b) for group, a, b in zip([*wanted, "jig"], ends[:-1], ends[1:], strict=True)}
+    return MarkerGroups(
+        tuple(names.index(n) for n in order), tuple(names.index(n) for n in on_jig), rows, tuple(order))
+
+
+def _by_stem(names: Sequence[str], on_jig: Sequence[str]) -> dict[str, list[str]]:
+    """The markers that are not on the jig, by their names without the digits at the end."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        if name not in on_jig:
+            found.setdefault(name.rstrip("0123456789").rstrip("_-. ") or name, []).append(name)
+    return found
+
+
+def _check_groups(names: Sequence[str], on_jig: Sequence[str], groups: Mapping[str, Sequence[str]]) -> None:
+    """Refuse groups of markers that there are not, too few of them, or one marker twice."""
+    order = [n for own in groups.values() for n in own]
+    if unknown := [n for n in (*on_jig, *order) if n not in names]:
+        raise DnnvssError(f"no marker is called {unknown[0]!r}",
+                          remedy=f"There are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}")
+    if len(on_jig) < 3:
+        raise DnnvssError(f"{len(on_jig)} markers are known to sit on a jig, and head motion needs 3",
+                          remedy="Name markers that do not move on the head: corpus.importer.jig=[NAME, NAME, NAME]")
+    if len(groups.get("lips", ())) < 4:
+        raise DnnvssError(f"the group lips has {len(groups.get('lips', ()))} markers, and a mouth needs 4",
+                          remedy="Give groups: corpus.importer.groups={lips: [NAME, ...], jaw: [...]}")
     if len(set(order)) < len(order):
         raise DnnvssError("a marker is in two groups", remedy="Name each marker once")
-    ends = np.cumsum([0, *map(len, wanted.values()), len(on_jig)]).tolist()
-    rows = {
-        group: (a, b) for group, a, b in zip([*wanted, "jig"], ends[:-1], ends[1:], strict=True)
-    }
-    return MarkerGroups(
-        tuple(names.index(n) for n in order),
-        tuple(names.index(n) for n in on_jig),
-        rows,
-        tuple(order),
-    )
 
 
 def repaired(

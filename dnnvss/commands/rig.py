@@ -20,61 +20,39 @@ _VIDEO = ".mp4"
 
 def main(arguments: Sequence[str]) -> int:
     """Show or write what the command line asks for."""
-    parser = Flags(prog="dnnvss rig", description=__doc__)
-    parser.add_argument(
-        "take",
-        type=Path,
-        nargs="?",
-        metavar="TAKE",
-        help="Live Link Face's CSV, a CSV of named curves, or a take.json",
-    )
-    parser.add_argument(
-        "--head",
-        type=Path,
-        metavar="MESH",
-        help="another head: .obj, .glb or .gltf",
-    )
-    parser.add_argument(
-        "--points",
-        type=Path,
-        metavar="FILE.json",
-        help="some of the mesh's points by name: a vertex's number or a place",
-    )
-    parser.add_argument(
-        "--names", action="store_true", help="list the names that --points may give"
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        nargs="+",
-        default=[],
-        metavar="FILE",
-        help=".mp4, .glb, .csv (Live Link Face) or .json",
-    )
-    parser.add_argument("--rate", help="frames a second; those of the take where it is not given")
-    parser.add_argument("--timecode", help="of the first frame, hours:minutes:seconds:frame")
-    parser.add_argument("--sound", type=Path, help="heard in the video")
-    parser.add_argument("--height", type=int, default=480, help="of the video in pixels")
-    parser.add_argument(
-        "--turn", type=float, default=0.0, help="degrees by which the head is turned"
-    )
-    options = parser.read(arguments)
+    options = _flags().read(arguments)
     if options.names:
         from dnnvss.face.mesh.net import packaged_net
 
         print("\n".join(packaged_net().names))
         return DONE
     if options.take is None or not options.out:
-        raise DnnvssError(
-            "dnnvss rig needs a take and --out", remedy="dnnvss rig TAKE.csv --out take.mp4"
-        )
+        raise DnnvssError("dnnvss rig needs a take and --out", remedy="dnnvss rig TAKE.csv --out take.mp4")
     _check(options.out, options.height, options.turn)
     files.check_writable(options.out)
-    files.check_apart(
-        options.out, [p for p in (options.take, options.head, options.points, options.sound) if p]
-    )
+    read = [p for p in (options.take, options.head, options.points, options.sound) if p]
+    files.check_apart(options.out, read)
     _write(options)
     return DONE
+
+
+def _flags() -> Flags:
+    """What the command line may hold."""
+    parser = Flags(prog="dnnvss rig", description=__doc__)
+    parser.add_argument("take", type=Path, nargs="?", metavar="TAKE",
+                        help="Live Link Face's CSV, a CSV of named curves, or a take.json")
+    parser.add_argument("--head", type=Path, metavar="MESH", help="another head: .obj, .glb or .gltf")
+    parser.add_argument("--points", type=Path, metavar="FILE.json",
+                        help="some of the mesh's points by name: a vertex's number or a place")
+    parser.add_argument("--names", action="store_true", help="list the names that --points may give")
+    parser.add_argument("--out", type=Path, nargs="+", default=[], metavar="FILE",
+                        help=".mp4, .glb, .csv (Live Link Face) or .json")
+    parser.add_argument("--rate", help="frames a second; those of the take where it is not given")
+    parser.add_argument("--timecode", help="of the first frame, hours:minutes:seconds:frame")
+    parser.add_argument("--sound", type=Path, help="heard in the video")
+    parser.add_argument("--height", type=int, default=480, help="of the video in pixels")
+    parser.add_argument("--turn", type=float, default=0.0, help="degrees by which the head is turned")
+    return parser
 
 
 def _check(outputs: Sequence[Path], height: int, turn: float) -> None:
