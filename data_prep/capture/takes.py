@@ -133,8 +133,10 @@ def _evened(curves: Curves, given: str | None, path: Path) -> tuple[np.ndarray, 
         if given is None:
             raise _no_rate(path)
         return values, valid, Fraction(given)
-    rate = Fraction(given) if given else rate_of(curves.times - curves.times[0])
-    index, taken = even_frames(curves.times, rate)
+    known = Fraction(given) if given else None
+    times = curves.since(known)
+    rate = known or rate_of(times)
+    index, taken = even_frames(times, rate)
     return values[index], valid[index] & taken, rate
 
 

@@ -70,7 +70,8 @@ def _spoken(settings: SpeakSettings, run: Run) -> Spoken:
     from dnnvss.export.take_read import read_take
     from dnnvss.synthesis.edits import keys_of_edits
 
-    edits = keys_of_edits(spoken, read_take(Path(settings.import_curves)), settings.easing / 1000)
+    edited = read_take(Path(settings.import_curves), made_at=settings.rig_rate or spoken.stage.clock)
+    edits = keys_of_edits(spoken, edited, settings.easing / 1000)
     print(f"{settings.import_curves}: {len(edits)} keys hold what was edited")
     if settings.export_edits:
         print(f"wrote {write_keys(settings.export_edits, edits)}")

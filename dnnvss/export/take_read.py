@@ -23,8 +23,6 @@ _SLOWEST = 0.1
 _JITTER = 0.1
 """Frames by which a step between time stamps may differ from a whole number and be one."""
 _REMEDY = "Give the CSV of Live Link Face, a CSV with a name over each curve, or what export_rig=take.json wrote"
-_SLOWED = 1.001
-"""Seconds of the clock in a second of time code that counts 29.97 frames to 30."""
 _ASIDE = ("timecode", "frame", "frames", "seconds")
 
 
@@ -43,13 +41,14 @@ class _Written:
     about: dict[str, object]
 
 
-def read_take(path: Path, rate: FrameClock | None = None) -> Take:
+def read_take(path: Path, rate: FrameClock | None = None, made_at: FrameClock | None = None) -> Take:
     """The take in a ``.csv`` or ``.json`` file, at a constant rate.
 
     Args:
         path: the file.
         rate: frames a second wanted; those of the file where None. Between its frames, curves are straight lines. Time
             codes that count to the whole number beside a rate such as 29.97, or to a multiple, are those of that rate.
+        made_at: what the frames were at, where that is known and no rate is wanted; it tells 29.97 from 30 likewise.
 
     Raises:
         DnnvssError: another kind of file, a damaged one, one without times where no rate is given, or too many frames.
@@ -58,7 +57,7 @@ def read_take(path: Path, rate: FrameClock | None = None) -> Take:
         case ".json":
             take = _from_json(path)
         case ".csv":
-            take = _from_csv(path, rate)
+            take = _from_csv(path, rate, made_at)
         case other:
             raise DnnvssError(
                 f"a take is not read from {other or 'a folder'}", file=path, remedy=_REMEDY
@@ -109,7 +108,7 @@ def _from_json(path: Path) -> Take:
     return Take(dict(zip(held.names, values.T, strict=True)), clock, start)
 
 
-def _from_csv(path: Path, rate: FrameClock | None) -> Take:
+def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -> Take:
     held = read_curves(path)
     names = [name for name in held.names if name.lower() not in _ASIDE]
     values = held.values[:, [held.names.index(name) for name in names]]
@@ -124,7 +123,8 @@ def _from_csv(path: Path, rate: FrameClock | None) -> Take:
                 "has no times", file=path, remedy="Give the frame rate, or a column of times"
             )
         return Take(dict(zip(names, values.T, strict=True)), rate)
-    times = (held.times - held.times[0]) * _longer(held.counted, rate)
+    known = rate or made_at
+    times = held.since(known.rate if known else None)
     if rate is None and len(times) > 1 and not _SLOWEST * np.median(np.diff(times)) <= 1:
         raise DnnvssError(
             f"its frames lie {np.median(np.diff(times)):g} s apart",
@@ -148,14 +148,6 @@ def _from_csv(path: Path, rate: FrameClock | None) -> Take:
         name: np.interp(at, places, track) for name, track in zip(names, values.T, strict=True)
     }
     return Take(curves, clock, _start(held.times[0], clock))
-
-
-def _longer(counted: int | None, rate: FrameClock | None) -> float:
-    """How much longer a second of time code is than one of the clock: 30 frames at 29.97 a second are 1.001 s."""
-    if counted is None or rate is None:
-        return 1.0
-    base = max(1, round(float(rate.rate)))
-    return _SLOWED if base * 1000 == rate.rate * 1001 and counted % base == 0 else 1.0
 
 
 def _usual(times: np.ndarray) -> FrameClock:

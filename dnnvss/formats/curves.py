@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,19 @@ class Curves:
     values: np.ndarray
     times: np.ndarray | None = None
     counted: int | None = None
+
+    def since(self, rate: Fraction | None) -> np.ndarray:
+        """Seconds (F,) from the first time stamp, where the file has any.
+
+        Args:
+            rate: frames a second, where it is known: time codes that count to the whole number beside 29.97 and its
+                like, or to a multiple, fall behind the clock by a thousandth.
+        """
+        assert self.times is not None
+        times = self.times - self.times[0]
+        if rate is None or self.counted is None or round(rate) * 1000 != rate * 1001:
+            return times
+        return times if self.counted % round(rate) else times * 1.001
 
 
 def read_curves(path: str | Path) -> Curves:

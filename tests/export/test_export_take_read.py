@@ -46,6 +46,7 @@ def test_frames_that_time_code_counts_to_a_whole_number_are_kept_at_the_true_rat
     read = read_take(path, clock)
     np.testing.assert_allclose(read.curves["JawOpen"], track, atol=1e-9)
     assert read.clock == clock and read.start == TimeCode(1, 2, 3, 4)
+    assert read_take(path, made_at=clock).clock == clock and read_take(path).clock == FrameClock(round(float(rate)))
 
 
 def test_another_rate_lies_on_the_lines_between(take):

@@ -1,5 +1,6 @@
 """Curves and markers are read as tools write them; damaged files are an error of ours."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from dnnvss.formats import (
     write_trc,
 )
 from dnnvss.formats import c3d as c3d_reader
+from dnnvss.timing.rates import even_frames
 
 
 def written(tmp_path: Path, text: str, name: str = "take.csv") -> Path:
@@ -264,3 +266,14 @@ def test_what_ends_the_reader_of_c3d_is_the_system_or_the_file(
         monkeypatch.setattr(c3d_reader, "_granted", lambda: 1e8)
         with pytest.raises(ShortageError):
             read_markers(take)
+
+
+@pytest.mark.parametrize("rate, longer", [("30000/1001", 1.001), ("30", 1), ("24000/1001", 1), ("25/2", 1)])
+def test_a_second_of_time_code_at_29_97_frames_is_longer_than_one_of_the_clock(tmp_path, rate, longer):
+    """30 frames are counted to it, so that at the rate that is told frames are as far apart as they were."""
+    codes = "\n".join(f"01:00:{k // 30:02d}:{k % 30:02d}.000,{k}" for k in range(1500))
+    curves = read_curves(written(tmp_path, f"Timecode,JawOpen\n{codes}\n"))
+    assert curves.counted == 30
+    np.testing.assert_allclose(curves.since(Fraction(rate)), longer * np.arange(1500) / 30, atol=1e-9)
+    kept = even_frames(curves.since(Fraction(rate)), Fraction(rate))[0]
+    assert len(kept) == round(1500 / 30 * longer * Fraction(rate))
