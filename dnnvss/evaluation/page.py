@@ -2,8 +2,9 @@
 
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import resources
+from itertools import cycle
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -22,6 +23,8 @@ from dnnvss.pages import document, wide
 from dnnvss.timing import FrameClock
 
 _COLOURS = ("#2563a8", "#c2410c", "#15803d", "#7c3aed", "#b45309", "#be185d")
+_DASHES = ("", "7 3", "2 3", "9 3 2 3")
+"""One after the other of them where there are more systems than colours."""
 _TRUTH = "var(--truth)"
 _SHOWN_RATE = 25
 HEAD = ("correlation", "rmse", "gv_ratio", "closure_recall", "landmarks", "lag")
@@ -199,8 +202,8 @@ def _sentence(
                 videos += (f'<figure class="wide"><video src="{source}" preload="auto" playsinline></video>'
                            f"<figcaption>{html.escape(name)}</figcaption></figure>")
     series = {"truth": s.reference, **{name: predicted[s.id] for name, predicted in systems.items()}}
-    keys = "".join(f'<span class="key"><i style="background:{c}"></i>{html.escape(n)}</span>'
-                   for n, c in zip(series, (_TRUTH, *_COLOURS), strict=False))
+    keys = "".join(f'<span class="key"><svg width="22" height="8" aria-hidden="true"><line x2="22" y1="4" y2="4" '
+                   f'{stroke}/></svg> {html.escape(n)}</span>' for n, stroke in zip(series, _strokes(), strict=False))
     plots = _plot({n: x[:, 0] / bench.scale[0] for n, x in series.items()}, s, bench.clock, "coefficient 1 (sd)")
     if APERTURE in bench.known:
         gauge = bench.gauge(APERTURE)
@@ -211,6 +214,14 @@ def _sentence(
     return (f'<section class="sentence"><h3>{html.escape(s.id)}</h3><div class="faces">{videos}</div>'
             f'<div class="faces">{figures}</div>{controls}'
             f"<div>{keys}</div>{plots}</section>")
+
+
+def _strokes() -> Iterator[str]:
+    """How the lines of a plot are drawn: the truth, and any number of systems, by colours and dashes."""
+    yield f'stroke="{_TRUTH}" stroke-width="1.6"'
+    for dash in cycle(_DASHES):
+        for colour in _COLOURS:
+            yield f'stroke="{colour}" stroke-width="1.6"' + (f' stroke-dasharray="{dash}"' if dash else "")
 
 
 def _plot(
@@ -239,10 +250,10 @@ def _plot(
     if level is not None and not np.isnan(level):
         parts.append(f'<line x1="{_LEFT}" x2="{_WIDTH - 8}" y1="{y(level):.1f}" y2="{y(level):.1f}" stroke="#d92d20" '
                      'stroke-dasharray="4 4" opacity=".6"><title>closed at or below this</title></line>')
-    for colour, track in zip((_TRUTH, *_COLOURS), series.values(), strict=False):
+    for stroke, track in zip(_strokes(), series.values(), strict=False):
         at = zip(clock.centres(len(track)), track, strict=True)
         points = " ".join(f"{x(t):.1f},{y(float(v)):.1f}" for t, v in at)
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.6"/>')
+        parts.append(f'<polyline points="{points}" fill="none" {stroke}/>')
     parts.append(f'<line class="cursor" x1="{_LEFT}" x2="{_LEFT}" y1="18" y2="{_HEIGHT}" stroke="currentColor"/>')
     return f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{html.escape(title)}">{"".join(parts)}</svg>'
 

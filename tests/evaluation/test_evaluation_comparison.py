@@ -194,6 +194,16 @@ def test_the_title_names_a_few_systems_and_counts_many(tmp_path, count, title):
     assert f"<title>{title}</title>" in page
 
 
+def test_every_one_of_many_systems_has_a_line_of_its_own(tmp_path):
+    b = bench(3)
+    systems = {f"s{k}": system(b, 0.5) for k in range(15)}
+    page = write_page(tmp_path / "e.html", compare(b, systems, with_anchors=False), b, systems).read_text("utf-8")
+    plots = re.findall(r"<svg viewBox=.*?</svg>", page)
+    lines = [re.findall(r'<polyline points="[^"]*" fill="none" ([^/]*)/>', plot) for plot in plots if "polyline" in plot]
+    assert len(lines) == 6 and all(len(set(own)) == len(own) == 16 for own in lines)
+    assert all(len(re.findall(rf"</svg> {name}</span>", page)) == 3 for name in systems)
+
+
 def test_systems_of_different_inputs_are_told_apart(tmp_path):
     b = bench(8)
     systems = {"one": system(b, 0.5), "two": system(b, 1.0), "three": system(b, 1.5)}
