@@ -132,8 +132,9 @@ def spans(tier: Tier, clock: FrameClock, phones: tuple[str, ...], frames: int) -
 
 
 def _onset(track: np.ndarray, span: slice, level: float) -> int:
-    """Return the first frame of the run that holds the span's first frame at or below the level."""
-    frame = span.start + int(np.argmax(track[span] <= level))
+    """Return the first frame of the closure in which the track is least within the span: the end of an earlier one may
+    reach into the span."""
+    frame = span.start + int(np.argmin(track[span]))
     while frame > 0 and track[frame - 1] <= level:
         frame -= 1
     return frame

@@ -157,7 +157,7 @@ MEASURES: tuple[Measure, ...] = (
     Measure(
         "closure_onset", "closure onset (ms)",
         "Mean distance between the moments at which prediction and truth close, over the p, b and m at which both "
-        "close during speech.",
+        "close during speech; of two closures near a phone the tighter one counts.",
         _lips(False, "onset_distance", "timed", 1000), "low", (APERTURE,),
     ),
     Measure(

@@ -50,6 +50,14 @@ def test_events_by_hand():
     assert early.onset_error == pytest.approx(-0.02) and early.onset_distance == pytest.approx(0.02)
 
 
+def test_the_truth_that_is_late_closes_as_late_though_an_earlier_closure_reaches_into_the_phone():
+    truth = track((14, 16), (22, 25))
+    truth[14:16] = 0.4  # closed, and less so than the phone
+    late = np.concatenate([truth[:1].repeat(4), truth[:-4]])
+    e = lip_events(truth, late, TIER, CLOCK, 0.5, SPEECH, ("B",))
+    assert e.timed == 1 and e.onset_error == pytest.approx(0.04) and e.onset_distance == pytest.approx(0.04)
+
+
 def test_the_truth_itself_is_perfect():
     truth = track((22, 25), (52, 54))
     e = lip_events(truth, truth, TIER, CLOCK, 0.5, SPEECH)
