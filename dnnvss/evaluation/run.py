@@ -19,10 +19,12 @@ from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES
 from dnnvss.evaluation.optional import attempted
 from dnnvss.evaluation.report import number
+from dnnvss.evaluation.runs import tracked_landmarks
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.evaluation.verdict import Verdict, verdict
 from dnnvss.evaluation.viseme_notes import unit_notes
 from dnnvss.face.base import Face, moving
+from dnnvss.face.encoding import EncodedCorpus
 from dnnvss.face.kinds import face_kind
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.render.plots import plot_trajectories
@@ -115,10 +117,10 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator,
     if not material.folds:
         parts = [Part(generator, material.examples, material.other_tests())]
         known = validated(generator, material.examples["val"], face)
-        return evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps, known)
+        return evaluate_run(folder, material.corpus, parts, material.encoded, styles, notes, judge, gaps, known)
     parts = list(unheard_parts(material, RunFiles(folder).parts, without))
     notes = [f"each said by a system that was trained without it, in {material.folds} parts", *notes]
-    found = evaluate_run(folder, material.corpus, parts, face, styles, notes, judge, gaps)
+    found = evaluate_run(folder, material.corpus, parts, material.encoded, styles, notes, judge, gaps)
     shutil.rmtree(RunFiles(folder).parts, ignore_errors=True)
     return found
 
@@ -159,8 +161,9 @@ def unheard_parts(material: Material, folder: Path,
         yield Part(Generator(settings.task, model, learn_talker(settings.task, model, examples, face)), examples)
 
 
-def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face, styles: Mapping[str, Style],
-                 notes: Sequence[str] = (), judge: Callable[[Report], Verdict] | None = None,
+def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], encoded: EncodedCorpus,
+                 styles: Mapping[str, Style], notes: Sequence[str] = (),
+                 judge: Callable[[Report], Verdict] | None = None,
                  left_out: Mapping[str, tuple[int, int]] | None = None,
                  validation: Validation | None = None) -> Evaluation:
     """The evaluation of a model beside the null models; predictions, tables and figures go into the run folder.
@@ -169,7 +172,7 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
         folder: of the run.
         corpus: what it was trained on.
         parts: the model and what it is tested on; several where sentences were left out in turn, which are pooled.
-        face: what the trajectories move.
+        encoded: the corpus as its face sees it, which the trajectories move.
         styles: by name, beside plain MLPG.
         notes: what else the reader of the page has to know; the first goes into its title.
         judge: makes a verdict of the table; none is given where it is None.
@@ -177,7 +180,7 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
         validation: by which runs are chosen; where None, that is the table itself: sentences were left out in turn, and
             there is no test split.
     """
-    task, places = parts[0].generator.task, RunFiles(folder)
+    task, places, face = parts[0].generator.task, RunFiles(folder), encoded.face
     test = [e for part in parts for e in part.examples["test"]]
     predicted = _pooled([_said(part, styles, folder) for part in parts])
     references = {e.id: e.measured[0][:, 0] for e in test}
@@ -193,7 +196,8 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], face: Face
     chosen = [] if validation is None else [_chosen_by(validation)]
     title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
-    lively = compare(make_bench(task, test, face), {n: p for n, p in predicted.items() if n != "training mean"},
+    shown = {name: own for name, own in predicted.items() if name != "training mean"}
+    lively = compare(make_bench(task, test, encoded, corpus), shown,
                      measures=tuple(m for m in MEASURES if m.name in LIVELINESS))
     line, unseen = _unseen_words(folder, task, face, parts, predicted, references, valid)
     judged = judge(report) if judge else None
@@ -236,13 +240,14 @@ def _gaps(left_out: Mapping[str, tuple[int, int]]) -> list[str]:
     return [f"Frames that could not be measured, which no score uses: {told}."] if told else []
 
 
-def make_bench(task: Task, test: list[Example], face: Face) -> Bench:
-    """Return what the harness measures test examples against."""
-    sentences = []
+def make_bench(task: Task, test: list[Example], encoded: EncodedCorpus, corpus: Corpus) -> Bench:
+    """Return what the harness measures test examples against, as a comparison of finished runs does."""
+    sentences, face = [], encoded.face
     for e, (targets, valid) in ((e, e.measured) for e in test):
         speech = speech_frames(e.alignment, task.clock)
         reference = moving(face, targets[:, 0].astype(float), speech & valid)
-        sentences.append(Sentence(e.id, reference, e.alignment["phones"], speech, valid))
+        landmarks = tracked_landmarks(encoded, corpus, e.id, task.clock, len(reference))
+        sentences.append(Sentence(e.id, reference, e.alignment["phones"], speech, valid, landmarks))
     return Bench(tuple(sentences), task.clock, face, leading(face))
 
 

@@ -14,7 +14,7 @@ from dnnvss.curves import resample
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.bench import Bench, Sentence, leading
 from dnnvss.face.base import moving
-from dnnvss.face.encoding import find_encoding
+from dnnvss.face.encoding import EncodedCorpus, find_encoding
 from dnnvss.face.kinds import load_face
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.settings import RunSettings
@@ -199,14 +199,19 @@ def make_bench(runs: list[RunData], first: int = 5) -> Bench:
         if i not in corpus.utterances:
             raise DnnvssError(f"is not in the corpus {corpus.root}", utterance=i, file=lead.folder,
                               remedy="Prepare the corpus that the run was trained on")
-        utterance = corpus.utterances[i]
-        tracked = encoded.tracked(corpus, i) if encoded else None
-        landmarks = None if tracked is None else resample(tracked, utterance.clock, lead.clock, count=len(reference))
+        landmarks = tracked_landmarks(encoded, corpus, i, lead.clock, len(reference)) if encoded else None
         speech, valid = (lead.arrays[kind][i].astype(bool) for kind in ("speech", "valid"))
-        tier = utterance.alignment["phones"]
+        tier = corpus.utterances[i].alignment["phones"]
         seen = moving(face, reference.astype(float), speech & valid)
         sentences.append(Sentence(i, seen, tier, speech, valid, landmarks))
     return Bench(tuple(sentences), lead.clock, face, leading(face, first))
+
+
+def tracked_landmarks(encoded: EncodedCorpus, corpus: Corpus, utterance: str, clock: FrameClock,
+                      frames: int) -> np.ndarray | None:
+    """The tracked points (T, P, 2 or 3) of an utterance on a clock of trajectories; None where it has none."""
+    tracked = encoded.tracked(corpus, utterance)
+    return None if tracked is None else resample(tracked, corpus.utterances[utterance].clock, clock, count=frames)
 
 
 def _where(folder: Path, corpus_folder: Path) -> Path:

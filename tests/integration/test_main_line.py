@@ -369,9 +369,9 @@ def test_speech_moves_the_head_of_an_animators_program(home: Path, capsys: pytes
     assert (home / "rig.tsv").read_text().startswith("0.00\tX")
 
 
-@pytest.mark.parametrize("kind", ["plain", "arkit"])
-def test_curves_that_were_edited_come_back_as_keys(home: Path, kind: str) -> None:
-    asked = ("text='my papa'", f"rig_curves={kind}", "rig_rate=50")
+@pytest.mark.parametrize("kind, rate", [("plain", "50"), ("arkit", "59.94")])
+def test_curves_that_were_edited_come_back_as_keys(home: Path, kind: str, rate: str) -> None:
+    asked = ("text='my papa'", f"rig_curves={kind}", f"rig_rate={rate}")
     speak(home, "back.mp4", *asked, f"export_rig={home}/back.csv")
     lines = [line.split(",") for line in (home / "back.csv").read_text().splitlines()]
     column = lines[0].index("open" if kind == "plain" else "JawOpen")
@@ -384,7 +384,8 @@ def test_curves_that_were_edited_come_back_as_keys(home: Path, kind: str) -> Non
     again = (home / "again.csv").read_text().splitlines()[1:]
     moved = np.array([float(line.split(",")[column]) for line in again]) - before
     assert moved[20:24].mean() > 0.1 and np.abs(moved[45:]).max() < 0.05
-    assert all(key.phone for key in read_keys(home / "edits.csv"))
+    edits = read_keys(home / "edits.csv")
+    assert all(key.phone and 14 < key.time * float(rate) < 30 for key in edits)
     speak(home, "slow.mp4", "text='my papa'", "speed=0.8", f"import_keys={home}/edits.csv")
 
 
@@ -529,6 +530,13 @@ def test_checkpoint_cut_short_is_refused(home: Path, tmp_path: Path) -> None:
 def test_runs_are_compared_in_one_table(home: Path) -> None:
     assert run_command("compare", home / "runs" / "ph", home / "runs" / "ph_a", "--out", home / "compared") == 0
     table = (home / "compared" / "evaluation.md").read_text()
+    compared = files.read_json(home / "compared" / "evaluation.json")["values"]
+    for name, own in files.read_json(home / "runs" / "ph" / "metrics.json")["liveliness"].items():
+        if name == "phone mean":
+            continue
+        row = compared[name.replace("model", "ph")]
+        told = {metric: row[metric]["value"] for metric, value in own.items() if value is not None}
+        assert told == pytest.approx({m: own[m] for m in told}, rel=1e-4, abs=1e-4)
     for name in ("ph", "ph_a"):
         headline = files.read_json(home / "runs" / name / "metrics.json")["headline"]
         assert f"{headline:.3f}".lstrip("0") in table
