@@ -198,8 +198,8 @@ def test_every_one_of_many_systems_has_a_line_of_its_own(tmp_path):
     b = bench(3)
     systems = {f"s{k}": system(b, 0.5) for k in range(15)}
     page = write_page(tmp_path / "e.html", compare(b, systems, with_anchors=False), b, systems).read_text("utf-8")
-    plots = re.findall(r"<svg viewBox=.*?</svg>", page)
-    lines = [re.findall(r'<polyline points="[^"]*" fill="none" ([^/]*)/>', plot) for plot in plots if "polyline" in plot]
+    plots = [plot for plot in re.findall(r"<svg viewBox=.*?</svg>", page) if "polyline" in plot]
+    lines = [re.findall(r'<polyline points="[^"]*" fill="none" ([^/]*)/>', plot) for plot in plots]
     assert len(lines) == 6 and all(len(set(own)) == len(own) == 16 for own in lines)
     assert all(len(re.findall(rf"</svg> {name}</span>", page)) == 3 for name in systems)
 
