@@ -35,7 +35,7 @@ class DnnvssError(Exception):
         where = [str(file)] if file is not None else []
         where += [f"utterance {utterance}"] if utterance is not None else []
         message = ": ".join([*where, problem])
-        message = f"{message.rstrip('.')}. {_ended(remedy)}" if remedy else message
+        message = f"{_ended(message)} {_ended(remedy)}" if remedy else message
         super().__init__(message.translate(_CONTROLS))
 
     def __reduce__(self) -> tuple:
@@ -55,7 +55,7 @@ def _short(text: str) -> str:
 
 
 def _ended(sentence: str) -> str:
-    return sentence if sentence.endswith("?") else f"{sentence.rstrip('.')}."
+    return sentence if sentence.endswith(("?", "...")) else f"{sentence.rstrip('.')}."
 
 
 def _rebuild(kind: type[DnnvssError], problem: str, file: str, utterance: str, remedy: str) -> DnnvssError:

@@ -127,9 +127,11 @@ def report(spoken: Spoken, **about: Any) -> dict[str, Any]:
 
 
 def _life(spoken: Spoken) -> dict[str, Any]:
-    """How far eyes and head live, by which seed, and when the eyes blink, where they do."""
-    if spoken.moves is None:
+    """How far eyes and head live, by which seed, and when the eyes blink; None where no landmarks tell."""
+    life = spoken.run.life
+    if spoken.moves is None or life is None:
         return {}
     style, rate = spoken.request.style, float(spoken.stage.clock.rate)
-    blinks = [round(float(frame) / rate, 3) for frame in spoken.moves.blinks]
+    begun = [round(float(frame) / rate, 3) for frame in spoken.moves.blinks]
+    blinks = begun if life.tracks.recorded else None
     return {"life": {"share": style.life, "seed": style.seed, "blinks": blinks}}

@@ -27,3 +27,12 @@ def test_the_plot_of_a_long_text_is_its_first_page(extra: int, tmp_path: Path, m
     np.testing.assert_array_equal(series["coefficient 2"], x[: 8 * plots.PAGE, 1])
     told = f"the first 80 seconds of {0.08 * count / 60:.0f} minutes: some words"
     assert title.startswith(told if extra else "some words")
+
+
+@pytest.mark.parametrize("recorded, told", [(["a blink"], [0.5]), ([], None)])
+def test_blinks_are_reported_where_landmarks_tell_them(recorded: list[str], told: list[float] | None) -> None:
+    spoken = SimpleNamespace(
+        moves=SimpleNamespace(blinks=np.array([15.0] * len(recorded))), stage=SimpleNamespace(clock=FrameClock(30)),
+        request=SimpleNamespace(style=SimpleNamespace(life=1, seed=7)),
+        run=SimpleNamespace(life=SimpleNamespace(tracks=SimpleNamespace(recorded=recorded))))
+    assert outputs._life(cast(Spoken, spoken)) == {"life": {"share": 1, "seed": 7, "blinks": told}}
