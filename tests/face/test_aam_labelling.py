@@ -197,7 +197,7 @@ def named_coco(points: np.ndarray, order: list[int], names: list[str], **image: 
     value = coco(points[order])
     value["categories"] = [{"id": 3, "name": "face", "keypoints": [names[i] for i in order]}]
     value["annotations"][0]["category_id"] = 3
-    value["annotations"].append({"id": 9, "image_id": 7, "bbox": [1, 2, 3, 4]})
+    value["annotations"].append({"id": 9, "image_id": 7, "bbox": [1, 2, 3, 4], "keypoints": [0] * 18})
     value["images"][0] |= image
     return value
 

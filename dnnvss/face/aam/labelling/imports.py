@@ -146,7 +146,7 @@ def _coco(value: Mapping[str, Any], sheet: Sheet, path: Path) -> Found:
     kinds = {kind.get("id"): kind.get("keypoints") for kind in value.get("categories") or []}
     found: Found = {}
     for row in value["annotations"]:
-        if not row.get("keypoints"):
+        if not any(row.get("keypoints") or ()):  # a box alone, which some tools give keypoints of zeros
             continue
         name = names.get(row["image_id"])
         if name is None or name in found:
