@@ -1,4 +1,4 @@
-"""Reads what a face is drawn into: an utterance of the run's corpus, or a video with its landmarks beside it."""
+"""Reads what a face is drawn into: an utterance of the run's corpus, or a video and its landmarks."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -8,8 +8,10 @@ import numpy as np
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.errors import DnnvssError
 from dnnvss.face.base import Face
-from dnnvss.formats import read_marks, read_npz
+from dnnvss.face.landmarker import Landmarker, as_arrays, find_task, follow, mesh_groups, talker
+from dnnvss.formats import Landmarks, read_marks, read_npz
 from dnnvss.media import read_video, timed_frames, video_info
+from dnnvss.progress import counted
 from dnnvss.render import Footage
 from dnnvss.render.filmed import Filmed, encode_footage
 from dnnvss.render.footage import talker_model
@@ -29,23 +31,20 @@ def footage_files(into: str) -> list[Path]:
 def read_footage(run: Run, into: str) -> Footage:
     """Return an utterance of the run's corpus, or a video file with its landmarks (``.npz``) beside it, as footage.
 
-    Where ``landmarks.json`` lies beside the video, the landmarks are divided by its ``scale``.
+    Where ``landmarks.json`` lies beside the video, the landmarks are divided by its ``scale``. Where the run's face is
+    of points that nets find, and none lie beside the video, they are found in its pictures.
 
     Raises:
         DnnvssError: a face without texture; there is no such utterance or video, or its landmarks are missing, of
             another kind or of another picture, or no frame of them is usable.
     """
-    talker_model(run.face)  # what cannot be drawn is said before anything is read
+    model = talker_model(run.face)  # what cannot be drawn is said before anything is read
     path = Path(into)
     if path.is_file():
         beside = path.with_suffix(".npz")
-        if not beside.is_file():
-            raise DnnvssError("no such file, and the footage has to have its landmarks there", file=beside,
-                              remedy=_LANDMARKS)
-        described = path.parent / "landmarks.json"
-        scale = read_marks(described)[1] if described.is_file() else 1.0
-        landmarks, info = read_npz(beside, scale), video_info(path)
-        frames = list(timed_frames(path))
+        task = None if beside.is_file() else _nets(beside, dict(model.landmark_groups) == mesh_groups())
+        info, frames = video_info(path), list(timed_frames(path))
+        landmarks = _beside(path) if task is None else _found(path, task, [image for _, image in frames])
         points, valid, pixel = landmarks.points.astype(float), landmarks.valid, info.pixel
         _check_count(len(frames), len(points), path)
         times = rising([time for time, _ in frames], info.told[0] if info.told else info.rate)
@@ -56,9 +55,10 @@ def read_footage(run: Run, into: str) -> Footage:
         corpus = Corpus.open(run.settings.corpus_folder)
         if into not in corpus.utterances:
             raise DnnvssError(f"into: no utterance and no video file is named {into!r}",
-                              remedy=f"Give an id of {corpus.root} or the path of a video with its landmarks beside it")
+                              remedy=f"Give an id of {corpus.root} or the path of a video")
         return recorded_footage(run.face, corpus, corpus.utterances[into])
-    return encode_footage(run.face, Filmed(images, points, valid, rate, str(path), pixel), {"file": beside})
+    return encode_footage(run.face, Filmed(images, points, valid, rate, str(path), pixel),
+                          {"file": beside if task is None else path})
 
 
 def recorded_footage(face: Face, corpus: Corpus, utterance: Utterance) -> Footage:
@@ -72,6 +72,34 @@ def recorded_footage(face: Face, corpus: Corpus, utterance: Utterance) -> Footag
     _check_count(len(images), len(points), utterance.id)
     return encode_footage(face, Filmed(images, points, valid, utterance.rate, utterance.id, Fraction(1)),
                           {"utterance": utterance.id})
+
+
+def _beside(path: Path) -> Landmarks:
+    """The landmarks beside a video."""
+    described = path.parent / "landmarks.json"
+    return read_npz(path.with_suffix(".npz"), read_marks(described)[1] if described.is_file() else 1.0)
+
+
+def _nets(beside: Path, found: bool) -> Path:
+    """The file of the nets that find landmarks where none lie beside a video, and the face is of points ``found``."""
+    if not found:
+        raise DnnvssError("no such file, and the footage has to have its landmarks there", file=beside,
+                          remedy=_LANDMARKS)
+    try:
+        return find_task()
+    except DnnvssError as error:
+        raise DnnvssError(f"no such file, and {error.problem}", file=beside, remedy="Run make extras") from error
+
+
+def _found(path: Path, task: Path, images: list[np.ndarray]) -> Landmarks:
+    """The landmarks of a video's pictures: of several faces, that which is there longest."""
+    tracks, frames = follow(Landmarker(task), counted(images, "points", unit="pictures"))
+    if not tracks:
+        raise DnnvssError("shows no face", file=path, remedy="Choose footage of a face seen from the front")
+    chosen, note = talker(tracks, frames, None)
+    if note:
+        print(f"{path}: {note}")
+    return Landmarks(*as_arrays(tracks[chosen], frames))
 
 
 def _check_count(pictures: int, rows: int, source: str | Path) -> None:

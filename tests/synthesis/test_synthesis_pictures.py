@@ -61,6 +61,33 @@ def test_landmarks_that_do_not_belong_to_the_video_are_refused(run: SimpleNamesp
         read_footage(run, str(film))  # type: ignore[arg-type]
 
 
+def test_landmarks_that_nets_find_need_not_lie_beside_the_video(
+        run: SimpleNamespace, film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The nets are played here: what they are asked for are the pictures of the film."""
+    given = read_footage(run, str(film)).code  # type: ignore[arg-type]
+    arrays = read_arrays(film.with_suffix(".npz"))
+    film.with_suffix(".npz").unlink()
+    monkeypatch.setattr("dnnvss.synthesis.footage.mesh_groups", lambda: GROUPS)
+
+    def lacking() -> Path:
+        raise DnnvssError("the nets are not here", remedy="Run make extras")
+
+    monkeypatch.setattr("dnnvss.synthesis.footage.find_task", lacking)
+    with pytest.raises(DnnvssError, match=r"film\.npz: no such file, and the nets are not here\. Run make extras"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
+    monkeypatch.setattr("dnnvss.synthesis.footage.find_task", lambda: film)
+    monkeypatch.setattr("dnnvss.synthesis.footage.Landmarker", lambda task: task)
+    monkeypatch.setattr("dnnvss.synthesis.footage.follow", lambda nets, pictures: ([None], len(list(pictures))))
+    monkeypatch.setattr("dnnvss.synthesis.footage.talker", lambda tracks, frames, loud: (0, ""))
+    monkeypatch.setattr("dnnvss.synthesis.footage.as_arrays",
+                        lambda track, frames: (arrays["points"][:frames], arrays["valid"][:frames]))
+    code = read_footage(run, str(film)).code  # type: ignore[arg-type]
+    assert (code.valid == given.valid).all() and (code.pose == given.pose).all()
+    monkeypatch.setattr("dnnvss.synthesis.footage.follow", lambda nets, pictures: ([], len(list(pictures))))
+    with pytest.raises(DnnvssError, match=r"film\.mp4: shows no face"):
+        read_footage(run, str(film))  # type: ignore[arg-type]
+
+
 def test_landmarks_beside_a_video_are_divided_by_their_scale(run: SimpleNamespace, film: Path) -> None:
     plain = read_footage(run, str(film)).code  # type: ignore[arg-type]
     arrays = read_arrays(film.with_suffix(".npz"))
