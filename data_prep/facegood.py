@@ -10,7 +10,7 @@ import numpy as np
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source
 from data_prep.shelf import Shelf
-from data_prep.splits import read_splits
+from data_prep.splits import given_splits
 from data_prep.stages import FOLDER, Workshop
 from data_prep.untold import speech_alone
 from dnnvss import files
@@ -56,7 +56,7 @@ def prepare_facegood(
     rows = {curve: (k, k + 1) for k, curve in enumerate(names)}
     info = CorpusInfo(name, (0, 0), RATE, rows, "en_us", CREDIT, 1, UNITS[1])
     recipe = Recipe(
-        info, read_splits(shelf.root / "splits"), val=0.15, test=0.15, rate=RATE, speech_valid=0.5
+        info, given_splits(shelf.root), val=0.15, test=0.15, rate=RATE, speech_valid=0.5
     )
     return prepare(sources, recipe, shop)
 

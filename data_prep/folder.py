@@ -12,7 +12,7 @@ from data_prep.points import nets
 from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.script import Script
 from data_prep.shelf import Shelf
-from data_prep.splits import read_splits
+from data_prep.splits import given_splits
 from data_prep.stages import Workshop
 from dnnvss import files
 from dnnvss.corpus import UNITS, CorpusInfo
@@ -101,7 +101,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     marks, rows = _marks(raw, sources, dim)
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, credit, dim, UNITS[dim])
     own = marks.rate if rate is None else str(rate)
-    recipe = Recipe(info, read_splits(raw / "splits"), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
+    recipe = Recipe(info, given_splits(raw), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
                     lexicon=own_lexicon(lexicon), sync=sync, rows=rows, task=task,
                     lacking=lacking, speech_valid=SEEN)
     return then(sources, recipe, Workshop(Path(out), jobs, backend, strict))

@@ -10,7 +10,7 @@ from pathlib import Path
 from data_prep.pipeline import Then, prepare
 from data_prep.points import nets
 from data_prep.recipe import Recipe, Source, own_lexicon
-from data_prep.splits import read_splits
+from data_prep.splits import given_splits
 from data_prep.stages import Workshop
 from dnnvss.corpus import CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
@@ -90,7 +90,7 @@ def prepare_grid(raw: str | Path, out: str | Path, *, name: str = "grid", varian
     task, lacking = (None, None) if given else nets(landmarker)
     marks = read_marks(raw / "landmarks.json") if given else Marks(mesh_groups())
     info = CorpusInfo(name, (0, 0), "25", marks.groups, variant, CREDIT)
-    recipe = Recipe(info, read_splits(raw / "splits"), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
+    recipe = Recipe(info, given_splits(raw), stratum=lambda i: i[LETTER : LETTER + 1], val=0.083, test=0.056,
                     scale=marks.scale, lexicon=LEXICON | own_lexicon(lexicon), slack=word_slack,
                     sync=sync, task=task, lacking=lacking)
     delays = SOUND_DELAY | dict(sound_delay or {})

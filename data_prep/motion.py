@@ -11,7 +11,7 @@ from data_prep.folder import unsaid, written
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.shelf import Shelf
-from data_prep.splits import read_splits
+from data_prep.splits import given_splits
 from data_prep.stages import FOLDER, Workshop
 from data_prep.untold import speech_alone
 from dnnvss.corpus import UNITS, CorpusInfo
@@ -79,7 +79,7 @@ def prepare_motion(
         session = session.after(repaired(shop, session.marks, settled, float(Fraction(usual.rate))))
         rows, dimensions = settled.rows, 3
     info = CorpusInfo(name, (0, 0), usual.rate, rows, variant, credit, dimensions, UNITS[dimensions])
-    recipe = Recipe(info, read_splits(shelf.root / "splits"), val=val, test=test, rate=usual.rate,
+    recipe = Recipe(info, given_splits(shelf.root), val=val, test=test, rate=usual.rate,
                     lexicon=own_lexicon(lexicon), speech_valid=0.5)
     return prepare(_sources(session, shelf, shop, variant), recipe, shop)
 

@@ -7,8 +7,33 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
+from dnnvss import files
 from dnnvss.corpus import SPLITS, check_apart, split_files
 from dnnvss.errors import DnnvssError
+
+
+def given_splits(raw: Path) -> dict[str, list[str]]:
+    """The ids in the splits that lie with recordings, in a folder ``splits`` there (``Splits``, ``split``).
+
+    Raises:
+        DnnvssError: as :func:`read_splits` does; lists of recordings that lie beside these and not in that folder.
+    """
+    inside = sorted(raw.iterdir())
+    folders = [p for p in inside if p.is_dir() and p.name.casefold() in _FOLDERS]
+    if folders:
+        return read_splits(next((p for p in folders if p.name == _FOLDERS[0]), folders[0]))
+    stems = [p.stem for p in inside]
+    near = {_bare(p.name): p.stem for p in inside}
+    for path in (p for p in inside if p.suffix.lower() == ".txt" and _role(p.stem) and stems.count(p.stem) == 1):
+        lines = files.read_text(path, "Give one id a line").splitlines()
+        if any(_named(line.strip(), near) for line in lines if line.strip()):
+            raise DnnvssError("is a list of recordings, and lies beside them", file=path,
+                              remedy=f"Put it into a folder {_FOLDERS[0]} there")
+    return {}
+
+
+_FOLDERS = ("splits", "split")
+"""What the folder of splits is called, the usual name first."""
 
 
 def read_splits(folder: Path) -> dict[str, list[str]]:

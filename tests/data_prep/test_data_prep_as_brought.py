@@ -12,7 +12,7 @@ from films import talker_folder
 from data_prep.align import contrast, given
 from data_prep.folder import prepare_folder, written
 from data_prep.shelf import Shelf
-from data_prep.splits import read_splits, resolved
+from data_prep.splits import given_splits, read_splits, resolved
 from data_prep.upright import askew
 from dnnvss import files
 from dnnvss.corpus import Corpus
@@ -273,3 +273,18 @@ def test_lines_of_splits_as_tools_write_them_name_their_recordings(tmp_path: Pat
 def test_a_recording_in_two_splits_under_two_names_is_refused() -> None:
     with pytest.raises(DnnvssError, match="both name a"):
         resolved({"train": ["a"], "test": ["a.mp4"]}, ["a", "b"])
+
+
+def test_splits_beside_the_recordings_are_not_passed_over(tmp_path: Path) -> None:
+    """A folder of another case is read; a list in no folder is refused, unless it is the transcript of a recording."""
+    for name in ("a.mp4", "b.mp4", "test.mp4"):
+        (tmp_path / name).touch()
+    (tmp_path / "test.txt").write_text("a b\n")
+    (tmp_path / "train.txt").write_text("what is this\n")
+    assert given_splits(tmp_path) == {}
+    (tmp_path / "train.txt").write_text("b.mp4\na.mp4\n")
+    with pytest.raises(DnnvssError, match=r"train\.txt: is a list of recordings, and lies beside them\. .*splits"):
+        given_splits(tmp_path)
+    (tmp_path / "Splits").mkdir()
+    (tmp_path / "train.txt").rename(tmp_path / "Splits" / "train.txt")
+    assert given_splits(tmp_path) == {"train": ["b.mp4", "a.mp4"]}
