@@ -38,7 +38,7 @@ from dnnvss.style import Style
 from dnnvss.style.generator import PLAIN, Generator, learn_talker, make_style
 from dnnvss.systems import Example, VisualModel
 from dnnvss.systems.examples import Task, speech_frames, word_frames
-from dnnvss.systems.registry import null_systems
+from dnnvss.systems.registry import driven_by, null_systems, read_system
 from dnnvss.systems.viseme_plan import SOURCES
 
 LIVELINESS = ("closure_recall", "closure_precision", "contact_recall", "closure_aperture", "gv_ratio", "silence",
@@ -111,9 +111,11 @@ def evaluate_fitted(folder: Path, material: Material, generator: Generator,
     styles = {} if style.plain else {settings.style.name: style}
     lost = material.encoded.left_out
     gaps = {e.id: lost[e.id] for e in material.examples["test"] if e.id in lost}
+    cls, _ = read_system(settings.model_name, settings.model)
     judge = partial(verdict, system=settings.model_name, train=material.examples["train"],
                     voice=Voice.load(RunFiles(folder).voice), sources=tuple(settings.model.get("sources", ())),
-                    company=tuple(settings.heard_with))
+                    company=tuple(settings.heard_with),
+                    listens=driven_by(cls, settings.task.table) == "voice")
     if not material.folds:
         parts = [Part(generator, material.examples, material.other_tests())]
         known = validated(generator, material.examples["val"], face)

@@ -82,7 +82,7 @@ class Verdict:
 
 
 def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
-            sources: Sequence[str] = (), company: Sequence[str] = ()) -> Verdict:
+            sources: Sequence[str] = (), company: Sequence[str] = (), listens: bool = False) -> Verdict:
     """The verdict on a run.
 
     Args:
@@ -92,13 +92,15 @@ def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
         voice: of the talker.
         sources: talkers whose systems it learnt from.
         company: talkers who were heard in the same training.
+        listens: whether a voice alone drives it: the mean of each phone, which is told phones and times, is no rival.
     """
     heard = Counter(p for e in train for p in e.alignment["phones"].labels if p not in SILENCES)
     coverage = Coverage.of(heard, voice.triphones)
     prompts = tuple(next_prompts(coverage, voice.variant))
     seconds, gain = speech(train), _gain(report)
     lines = (_recorded(len(train), seconds, sources, company), _covered(coverage, voice),
-             _against(report, system, gain), _next(prompts), _expected(report.headline("model"), seconds, gain))
+             _against(report, system, gain, listens), _next(prompts),
+             _expected(report.headline("model"), seconds, None if listens else gain))
     return Verdict(lines, prompts, coverage)
 
 
@@ -131,11 +133,15 @@ def _gain(report: Report) -> Difference | None:
     return difference(null, model) if model[:, 1].sum() >= FEWEST else None
 
 
-def _against(report: Report, system: str, gain: Difference | None) -> str:
+def _against(report: Report, system: str, gain: Difference | None, listens: bool) -> str:
     model, null = (_pairs(report, name) for name in ("model", NULL))
     count = int(model[:, 1].sum())
     own, other = estimate(model), estimate(null)
     said = f"On {count} sentences that it was not trained on"
+    if listens:
+        told = _value if gain is None else _ranged
+        return (f"{said}, {system} correlates with the talker by {told(own)}, a face that stands still by 0; the mean "
+                f"of each phone, which is told the phones and their times where this one listens, by {told(other)}.")
     if gain is None:
         return (f"{said}, {system} correlates with the talker by {_value(own)}, the mean of each phone by "
                 f"{_value(other)}, a face that stands still by 0; {count} are too few to say whether that is chance.")

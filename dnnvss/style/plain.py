@@ -13,15 +13,15 @@ ONE_SIDED = (ROUNDING, SPREAD)
 _JAWS = ("face_oval", "jaw")
 """Contours whose lowest point is the chin."""
 _USUAL = 3.0
-"""Standard deviations that count as the largest, where what the talker reached was not kept."""
+"""Standard deviations beyond the mean that count as the largest, where what the talker reached was not kept."""
 
 
 def plain_gauges(face: Face, talker: Talker) -> dict[str, Gauge]:
     """``open``, ``jaw``, ``lip_down``, ``rounding`` and ``spread``, as far as the face can show them.
 
     Each is a gauge of the face, moved and scaled: 0 is the talker at rest, 1 the largest in the
-    talker's training frames, for the jaw three standard deviations. ``rounding`` and ``spread``
-    are the width, less and more.
+    talker's training frames, for the jaw three standard deviations beyond the mean. ``rounding`` and
+    ``spread`` are the width, less and more.
 
     Args:
         face: of any kind.
@@ -41,7 +41,7 @@ def plain_gauges(face: Face, talker: Talker) -> dict[str, Gauge]:
                 name, gauge, rest, sign * _largest(gauge, rest, face, talker, sign)
             )
     if (chin := chin_gauge(face)) is not None:
-        made[JAW] = _scaled(JAW, chin, rest, _usual(chin, face))
+        made[JAW] = _scaled(JAW, chin, rest, _usual(chin, rest, face, 1))
     return {name: gauge for name, gauge in made.items() if gauge is not None}
 
 
@@ -59,14 +59,16 @@ def _largest(gauge: Gauge, rest: np.ndarray, face: Face, talker: Talker, sign: i
     """How far a gauge goes from rest to one side, at most, in the talker's frames."""
     spans: Mapping[str, tuple[float, float]] = talker.reach.spans if talker.reach else {}
     if gauge.name not in spans:
-        return _usual(gauge, face)
+        return _usual(gauge, rest, face, sign)
     low, high = spans[gauge.name]
     own = float(gauge(rest))
     return high - own if sign > 0 else own - low
 
 
-def _usual(gauge: Gauge, face: Face) -> float:
-    return _USUAL * float(np.sqrt(((gauge.vector * face.deviations) ** 2).sum()))
+def _usual(gauge: Gauge, rest: np.ndarray, face: Face, sign: int) -> float:
+    """How far a gauge goes from rest to one side, if it goes some standard deviations from its mean."""
+    deviation = float(np.sqrt(((gauge.vector * face.deviations) ** 2).sum()))
+    return max(sign * float(gauge.constant - gauge(rest)) + _USUAL * deviation, 0.0)
 
 
 def _scaled(name: str, gauge: Gauge, rest: np.ndarray, largest: float) -> Gauge | None:

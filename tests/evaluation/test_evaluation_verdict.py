@@ -51,7 +51,7 @@ def test_what_adds_most_is_recorded_next() -> None:
 
 
 def judged(examples: dict[str, list[Example]], error: float, count: int,
-           borrowed: tuple[str, ...] = ()) -> tuple[str, ...]:
+           borrowed: tuple[str, ...] = (), listens: bool = False) -> tuple[str, ...]:
     rng, used = np.random.default_rng(0), examples["train"][:count]
     truth = {e.id: e.measured[0][:, 0].astype(float) for e in used}
     systems = {"model": {i: x + error * rng.normal(size=x.shape) for i, x in truth.items()},
@@ -59,7 +59,7 @@ def judged(examples: dict[str, list[Example]], error: float, count: int,
                "training mean": {i: np.zeros_like(x) for i, x in truth.items()}}
     voice = Voice(("AA",), ("sil",), "en_us", "25", "", frozenset({"sil-AA+sil"}), borrowed)
     sources = ("grid",) if borrowed else ()
-    return verdict(evaluate(systems, truth), "kernel", examples["train"], voice, sources).lines
+    return verdict(evaluate(systems, truth), "kernel", examples["train"], voice, sources, listens=listens).lines
 
 
 def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]], tmp_path: Path) -> None:
@@ -74,6 +74,14 @@ def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]]
     assert "worse" not in judged(examples, 9.0, 4)[4]  # too few to say
     few = judged(examples, 0.1, 4)[2]
     assert "4 are too few" in few and "(" not in few
+
+
+@pytest.mark.parametrize("count", [8, 4])
+def test_a_system_that_listens_is_not_ranked_with_the_mean_of_phones_that_are_told(
+        examples: dict[str, list[Example]], count: int) -> None:
+    lines = judged(examples, 9.0, count, listens=True)
+    assert "which is told the phones and their times" in lines[2] and "gain" not in lines[2]
+    assert "worse" not in lines[4] and "learning_rate" not in lines[4]
 
 
 def test_the_verdict_says_what_others_lent(examples: dict[str, list[Example]]) -> None:
