@@ -40,15 +40,30 @@ def sweepable(function: Callable[[DictConfig], float]) -> Callable[[DictConfig],
 
     @functools.wraps(function)
     def wrapped(config: DictConfig) -> float:
-        try:
+        if not HydraConfig.initialized() or HydraConfig.get().mode != RunMode.MULTIRUN:
             return function(config)
-        except DnnvssError as error:
-            if not HydraConfig.initialized() or HydraConfig.get().mode != RunMode.MULTIRUN:
-                raise
-            print(f"error: {error}\nthe sweep goes on without this run", file=sys.stderr)
-            return Failed(math.nan)
+        worth: float = _outcome(function, config)
+        if isinstance(worth, Failed):
+            print("the sweep goes on without this run", file=sys.stderr)
+        return worth
 
     return wrapped
+
+
+def _outcome(step: Callable[..., Any], *given: Any) -> Any:
+    """What a step returns; where it fails, whatever the reason, that is told, and it returns that it failed.
+
+    Raises:
+        SystemExit: Ctrl-C, which ends the sweep.
+    """
+    try:
+        return guarded(step)(*given)
+    except SystemExit as ended:  # the reason has been told
+        if ended.code == INTERRUPTED:
+            raise
+    except Exception:
+        traceback.print_exc()
+    return Failed(math.nan)
 
 
 class Notes(Callback):
@@ -146,15 +161,8 @@ class CompareRuns(Notes):
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Write ``evaluation.md``, ``.json`` and ``.html`` of all runs of a talker and split, and what is asked."""
-        try:
-            guarded(self._compare_all)()
-            return
-        except SystemExit as ended:  # the reason has been told
-            if ended.code == INTERRUPTED:
-                raise
-        except Exception:
-            traceback.print_exc()
-        self.undone.append("the runs of the sweep are there, and their comparison is not whole")
+        if isinstance(_outcome(self._compare_all), Failed):
+            self.undone.append("the runs of the sweep are there, and their comparison is not whole")
 
     def _compare_all(self) -> None:
         jobs = self.taken()

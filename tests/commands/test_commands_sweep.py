@@ -78,6 +78,27 @@ def test_a_finished_run_that_is_worth_no_number_did_not_fail(tmp_path: Path, mon
     assert "1 run(s) of the sweep failed: seed=1" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("error", [DnnvssError("no words"), MemoryError(), OSError(28, "No space left on device"),
+                                   KeyError("ours"), KeyboardInterrupt()], ids=lambda error: type(error).__name__)
+def test_a_run_that_fails_for_any_reason_does_not_end_the_others(
+        error: BaseException, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(module, "HydraConfig", SimpleNamespace(
+        initialized=lambda: True, get=lambda: SimpleNamespace(mode=module.RunMode.MULTIRUN)))
+
+    @sweepable
+    def job(config: Any) -> float:
+        raise error
+
+    if isinstance(error, KeyboardInterrupt):
+        with pytest.raises(SystemExit, match="130"):
+            job(OmegaConf.create())
+        return
+    assert isinstance(job(OmegaConf.create()), Failed)
+    *reason, last = capsys.readouterr().err.splitlines()
+    assert last == "the sweep goes on without this run"
+    assert reason[-1] == "KeyError: 'ours'" if isinstance(error, KeyError) else len(reason) == 1
+
+
 @pytest.mark.parametrize("error", [DnnvssError("other sentences"), OSError(28, "No space left on device"), KeyError(3)])
 def test_a_comparison_that_fails_lets_the_sweep_fail_behind_the_names_of_failed_runs(
         error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
