@@ -142,7 +142,8 @@ def compare_faces(sides: Mapping[str, Side], seed: int = 0) -> tuple[Comparison,
     first = next(iter(parts.values()))
     lacking = {m.in_unit(first.unit).title: ", ".join(sorted(set(m.needs) - set(names)))
                for m in known if not set(m.needs) <= set(names)}
-    result = replace(first, pairs=pairs, classes=classes, systems=tuple(tested), lacking=lacking)
+    twins = tuple(group for part in parts.values() for group in part.twins)
+    result = replace(first, pairs=pairs, classes=classes, systems=tuple(tested), lacking=lacking, twins=twins)
     gauged = {face: side.gauged(names) for face, side in sides.items()}
     shown = Side(next(iter(gauged.values())).bench, {n: x for side in gauged.values() for n, x in side.systems.items()})
     return result, shown

@@ -65,6 +65,7 @@ class Comparison:
             known.
         origins: system to its run and the style in which that spoke, where a run spoke in several: only systems of one
             style, or of one run, are tested against each other.
+        twins: systems that predict the same in every frame.
     """
 
     pairs: dict[str, dict[str, np.ndarray]]
@@ -78,6 +79,7 @@ class Comparison:
     lacking: Mapping[str, str] = field(default_factory=dict)
     inputs: Mapping[str, str] = field(default_factory=dict)
     origins: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    twins: tuple[tuple[str, ...], ...] = ()
 
     def estimate(self, system: str, metric: str) -> Estimate:
         """Return a system's value and 95 % interval; without the interval where the sentences are too few for one."""
@@ -147,6 +149,12 @@ class Comparison:
                        origins=dict(origins or {}))
 
     @property
+    def same(self) -> list[str]:
+        """A paragraph about systems that predict the same; none where no two do."""
+        return [f"{' and '.join(names)} predict the same in every frame: what they were told differently makes no "
+                "difference to their system." for names in self.twins]
+
+    @property
     def rivals(self) -> list[str]:
         """A paragraph where systems are driven by different things; none where they are not."""
         kinds = [kind for kind in INPUTS if kind in {self.inputs.get(name) for name in self.systems}]
@@ -173,7 +181,7 @@ class Comparison:
         """Return the report in Markdown: values, tests, phone classes, definitions."""
         parts = [f"{len(self.sentences)} sentences; averages run over the first {self.first} coefficients. In brackets "
                  "the 95 % bootstrap interval over sentences."]
-        parts += self.gaps + self.rivals + self.few
+        parts += self.gaps + self.rivals + self.same + self.few
         for block in _split(self.measures, 5):
             rows = [[*self.named(s), *[interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]
             parts.append(markdown_numbers([*self.head, *[m.title for m in block]], rows))
@@ -205,7 +213,7 @@ class Comparison:
         for block in _split(self.measures, 6):
             rows = [[*self.named(s), *[number(pooled(self.pairs[s][m.name])) for m in block]] for s in self.pairs]
             lines += [aligned(["", *self.head[1:], *[m.title for m in block]], rows), ""]
-        return "\n".join(lines).rstrip()
+        return "\n".join([*lines, *self.same]).rstrip()
 
     def to_json(self) -> dict[str, Any]:
         """Return plain containers: values, intervals, pairs of each sentence, tests, classes, definitions; NaN is
@@ -262,7 +270,19 @@ def compare(
         pairs[name] = {metric: np.array(values, dtype=float) for metric, values in rows.items()}
         classes[name] = _by_class(bench, predicted)
     return Comparison(pairs, classes, tuple(s.id for s in bench.sentences), tuple(checked), measures, bench.first, seed,
-                      bench.unit, lacking)
+                      bench.unit, lacking, twins=_twins(checked))
+
+
+def _twins(systems: Mapping[str, Predictions]) -> tuple[tuple[str, ...], ...]:
+    """The names of systems that predict the same, a group each."""
+    groups: list[list[str]] = []
+    for name, own in systems.items():
+        alike = (g for g in groups if all(np.array_equal(x, systems[g[0]][i]) for i, x in own.items()))
+        if (group := next(alike, None)) is not None:
+            group.append(name)
+        else:
+            groups.append([name])
+    return tuple(tuple(group) for group in groups if len(group) > 1)
 
 
 def _checked(name: str, predicted: Predictions, s: Sentence) -> np.ndarray:

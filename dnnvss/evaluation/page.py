@@ -56,7 +56,7 @@ def write_page(
     body = Template(_own("page.html")).substitute(
         title=html.escape(title),
         lead=html.escape(" ".join([f"{len(result.sentences)} test sentences; averages over the first {result.first} "
-                                   "coefficients.", *result.rivals, *result.few])),
+                                   "coefficients.", *result.rivals, *result.same, *result.few])),
         head=wide(_values(result, [m for m in result.measures if m.name in HEAD]), "The main metrics"),
         values=wide(_values(result, result.measures), "All metrics"),
         cards="".join(_card(result, m) for m in result.measures),

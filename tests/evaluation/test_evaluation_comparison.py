@@ -194,6 +194,19 @@ def test_the_title_names_a_few_systems_and_counts_many(tmp_path, count, title):
     assert f"<title>{title}</title>" in page
 
 
+def test_systems_that_predict_the_same_are_named(tmp_path):
+    """A sweep over labels with a system that reads the phones themselves says so, and not only equal numbers."""
+    b = bench(6)
+    systems = {"kernel ph": system(b, 0.5), "other": system(b, 1.0)}
+    systems["kernel ph_a"] = {i: x.copy() for i, x in systems["kernel ph"].items()}
+    result = compare(b, systems)
+    told = "kernel ph and kernel ph_a predict the same in every frame"
+    assert result.twins == (("kernel ph", "kernel ph_a"),)
+    page = write_page(tmp_path / "e.html", result, b, systems).read_text("utf-8")
+    assert told in result.markdown() and told in result.table() and told in page
+    assert not compare(b, {"one": system(b, 0.5), "two": system(b, 1.0)}).same
+
+
 def test_every_one_of_many_systems_has_a_line_of_its_own(tmp_path):
     b = bench(3)
     systems = {f"s{k}": system(b, 0.5) for k in range(15)}
