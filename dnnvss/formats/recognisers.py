@@ -102,6 +102,14 @@ def _azure(data: Any) -> Iterator[Row]:
             yield start, start + length, word["word"], _TICKS
 
 
+def _azure_fast(data: Any) -> Iterator[Row]:
+    """Azure's fast transcription: phrases, with their words where they were asked for."""
+    for phrase in data["phrases"]:
+        for part in phrase.get("words") or [phrase]:
+            start = part["offsetMilliseconds"]
+            yield start, start + part["durationMilliseconds"], part["text"], 1000.0
+
+
 def _lowered(row: dict[str, Any]) -> dict[str, Any]:
     return {key.lower(): value for key, value in row.items()}
 
@@ -158,6 +166,6 @@ def _first(row: dict[str, Any], names: tuple[str, ...]) -> Any:
 
 
 SHAPES: tuple[Callable[[Any], Iterator[Row]], ...] = (
-    _whisper, _whisper_cpp, _hugging_face, _vosk, _deepgram, _aws, _google, _watson, _azure, _rev,
-    _youtube, _aeneas, _textgrid, _assembly, _plain)
+    _whisper, _whisper_cpp, _hugging_face, _vosk, _deepgram, _aws, _google, _watson, _azure, _azure_fast,
+    _rev, _youtube, _aeneas, _textgrid, _assembly, _plain)
 """Each yields the rows of JSON of its shape, and none, or an error of a missing key, of any other."""

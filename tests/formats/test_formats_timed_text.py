@@ -179,6 +179,10 @@ RECOGNISED: dict[str, Any] = {
         {"word": "You.", "offset": "PT1S", "offsetInTicks": 10000000, "durationInTicks": 5000000}]}]}]},
     "azure, detailed": [{"Offset": 5000000, "Duration": 4000000, "NBest": [{"Display": "Hi."}]},
                         {"NBest": [{"Words": [{"Word": "You.", "Offset": 10000000, "Duration": 5000000}]}]}],
+    "azure, fast": {"durationMilliseconds": 2000, "combinedPhrases": [{"text": "Hi. You."}], "phrases": [
+        {"offsetMilliseconds": 500, "durationMilliseconds": 400, "text": "Hi.", "words": [
+            {"text": "Hi.", "offsetMilliseconds": 500, "durationMilliseconds": 400}]},
+        {"offsetMilliseconds": 1000, "durationMilliseconds": 500, "text": "You."}]},
     "rev": {"monologues": [{"elements": [
         {"type": "text", "value": "Hi", "ts": 0.5, "end_ts": 0.9}, {"type": "punct", "value": "."},
         {"type": "text", "value": "You.", "ts": 1.0, "end_ts": 1.5}]}]},
