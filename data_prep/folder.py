@@ -34,6 +34,7 @@ from dnnvss.formats.htk import is_transcript
 from dnnvss.formats.transcripts import check_transcript, read_transcript
 from dnnvss.media.folders import SOUNDS, VIDEOS, is_visible
 from dnnvss.text.sentence import spoken_words
+from dnnvss.text.wording import WORD, foreign_letter
 
 _LOOKED_AT = 10_000  # files in folders inside, at most
 _WORDS = "Write the words of the recording there"
@@ -138,9 +139,7 @@ def _source(raw: Shelf, name: str, video: Path | None, variant: str, find: bool,
             return special
         transcript, times = written(raw, name)
         text, left = read_transcript(transcript, name)
-        words = tuple(word for word, _ in spoken_words(text, variant))
-        if not words:
-            raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
+        words = words_of(text, variant, transcript, name)
         marks = () if find else _landmarks(raw, name)
         sound = raw.get(name, *SOUNDS)
         if video is None and sound is None and times is None:
@@ -167,6 +166,21 @@ def _cut_or_guessed(raw: Shelf, name: str, video: Path, variant: str, find: bool
         return Source(name, video=video, landmarks=() if find else _landmarks(raw, name), guessed=True,
                       sound=raw.get(name, *SOUNDS))
     return None
+
+
+def words_of(text: str, variant: str, transcript: Path, name: str) -> tuple[str, ...]:
+    """The words that are said for the text of a transcript.
+
+    Raises:
+        DnnvssError: there is none, or one in letters of which no word of English is made: it would be passed over.
+    """
+    if foreign := next((w for w in WORD.findall(text) if foreign_letter(w) and not spoken_words(w, variant)), ""):
+        raise DnnvssError(f"cannot speak {foreign[:40]!r}", file=transcript, utterance=name,
+                          remedy="Write it in English words as it is said")
+    words = tuple(word for word, _ in spoken_words(text, variant))
+    if not words:
+        raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
+    return words
 
 
 def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:

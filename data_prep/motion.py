@@ -7,7 +7,7 @@ from pathlib import Path
 
 from data_prep.capture.stages import Done, groups_of, repaired
 from data_prep.capture.takes import KINDS, READ, VERSION, Taken, alike, is_take, read_take
-from data_prep.folder import unsaid, written
+from data_prep.folder import unsaid, words_of, written
 from data_prep.pipeline import prepare
 from data_prep.recipe import Recipe, Source, own_lexicon
 from data_prep.shelf import Shelf
@@ -18,7 +18,6 @@ from dnnvss.corpus import UNITS, CorpusInfo
 from dnnvss.errors import DnnvssError, ShortageError
 from dnnvss.formats.transcripts import read_transcript
 from dnnvss.media.folders import SOUNDS
-from dnnvss.text.sentence import spoken_words
 from dnnvss.timing import FrameClock
 
 _WORDS = "Write the words of the take there, or give its sound alone"
@@ -139,9 +138,7 @@ def _source(shelf: Shelf, shop: Workshop, name: str, marks: Path, variant: str, 
             return speech_alone(Source(name, landmarks=(marks,), sound=sound, notes=tuple(notes)), shop)
         transcript, times = written(shelf, name)
         text, left = read_transcript(transcript, name)
-        words = tuple(word for word, _ in spoken_words(text, variant))
-        if not words:
-            raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
+        words = words_of(text, variant, transcript, name)
         if sound is None and times is None:
             raise DnnvssError("has neither sound nor phone times", file=marks, utterance=name,
                               remedy=f"Put {name}.wav (flac, mp3) or {name}.TextGrid (lab) beside it")

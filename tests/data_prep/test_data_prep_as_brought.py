@@ -10,7 +10,7 @@ import pytest
 from films import talker_folder
 
 from data_prep.align import contrast, given
-from data_prep.folder import prepare_folder, written
+from data_prep.folder import prepare_folder, words_of, written
 from data_prep.shelf import Shelf
 from data_prep.splits import given_splits, read_splits, resolved
 from data_prep.upright import askew
@@ -288,3 +288,11 @@ def test_splits_beside_the_recordings_are_not_passed_over(tmp_path: Path) -> Non
     (tmp_path / "Splits").mkdir()
     (tmp_path / "train.txt").rename(tmp_path / "Splits" / "train.txt")
     assert given_splits(tmp_path) == {"train": ["b.mp4", "a.mp4"]}
+
+
+def test_a_word_in_other_letters_is_not_passed_over() -> None:
+    """The words around it would be laid over its sound."""
+    assert words_of("Beta \u03b1, na\u00efve \U0001f642!", "en_us", Path("a.txt"), "a") == ("beta", "alpha", "naive")
+    for text, word in (("hello \u043c\u0438\u0440 friend", "\u043c\u0438\u0440"), ("\u65e5\u672c", "\u65e5\u672c")):
+        with pytest.raises(DnnvssError, match=f"cannot speak '{word}'. Write it in English words"):
+            words_of(text, "en_us", Path("a.txt"), "a")
