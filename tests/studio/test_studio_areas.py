@@ -149,6 +149,9 @@ def served(tmp_path: Path) -> Iterator[str]:
     touch(tmp_path / "runs" / "one" / "verdict.html", "<script>evil()</script>")
     touch(tmp_path / "runs" / "odd" / "metrics.json", "{")
     touch(tmp_path / "runs" / "odd" / "run.json", "{}")
+    touch(tmp_path / "runs" / "table2-grid" / "evaluation.html")
+    touch(tmp_path / "runs" / "table2-grid" / "side_by_side.mp4")
+    touch(tmp_path / "data" / "compared" / "evaluation.html")
     touch(tmp_path / "data" / "broken" / "corpus.json", "[]")
     page = Page("speaking", (Route("GET", "/v1/own", lambda asked: Content(b"own", "text/plain")),))
     with Server(with_areas(page, tmp_path / "runs", [tmp_path / "data"])) as server:
@@ -173,6 +176,8 @@ def test_every_area_lists_what_there_is_and_says_how_to_begin(served: str) -> No
     assert "corpus.json" in broken["wrong"]
     items = {item["name"]: item for item in json.loads(ask(f"{served}results/items")[1])["items"]}
     assert items["odd"]["wrong"] and items["one"]["facts"] == {"correlation on the test split": "0.500"}
+    assert {name for name, item in items.items() if item["state"] == "comparison"} == {"table2-grid", "compared"}
+    assert [link["path"] for link in items["table2-grid"]["links"]] == ["evaluation.html", "side_by_side.mp4"]
 
 
 def test_a_page_out_of_a_folder_runs_no_script_of_its_own(served: str) -> None:

@@ -15,7 +15,8 @@ from dnnvss.studio.page import Page
 _MARK, _COMPARISON = "metrics.json", "evaluation.html"
 _OWN = (Link("Verdict", "verdict.html"), Link("All metrics", "metrics.md", "text"),
         Link("Comparison", "evaluation/evaluation.html"), Link("A test sentence", "sample.mp4", "film"))
-_BESIDE = (Link("Comparison", _COMPARISON), Link("Its tables", "evaluation.md", "text"))
+_BESIDE = (Link("Comparison", _COMPARISON), Link("Its tables", "evaluation.md", "text"),
+           Link("All systems side by side", "side_by_side.mp4", "film"))
 _ALLOWED = (*(link.path for link in (*_OWN, *_BESIDE)), "videos/*.mp4")
 
 
@@ -26,7 +27,14 @@ def results(runs: Sequence[Path], folders: Sequence[Path]) -> Area:
         "The verdict says in five lines what a run is worth; a comparison shows runs beside each other, face by face.",
         {"Train a run, which is judged at its end": "dnnvss train corpus=NAME",
          "Compare runs": "dnnvss compare RUN RUN"},
-        lambda: [*latest(found(runs, (_MARK,))), *found(folders, (_COMPARISON,))], _item, _page)
+        lambda: _worth_showing([*runs, *folders]), _item, _page)
+
+
+def _worth_showing(roots: Sequence[Path]) -> list[Thing]:
+    """Finished runs, the latest first, then comparisons: sweeps leave theirs beside their runs."""
+    things = found(roots, (_MARK, _COMPARISON))
+    runs = [thing for thing in things if there(thing.folder, (_MARK,)) and RunFiles(thing.folder).provenance.is_file()]
+    return [*latest(runs), *(t for t in things if t not in runs and there(t.folder, (_COMPARISON,)))]
 
 
 def _item(thing: Thing) -> Item:
