@@ -8,8 +8,10 @@ run's folder ``evaluation`` afterwards, and ``dnnvss compare`` shows the table.
 from collections.abc import Sequence
 from pathlib import Path
 
+from dnnvss import files
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE
+from dnnvss.runs.files import RunFiles
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -23,7 +25,11 @@ def main(arguments: Sequence[str]) -> int:
     options = parser.read(arguments)
     from dnnvss.evaluation.outside import judge
     from dnnvss.face.landmarker import Landmarker, find_task
+    from dnnvss.runs.run import Run
 
+    for run in options.runs:  # the last of them too, before the first is watched
+        Run.open(run)
+        files.check_writable([RunFiles(run).outside])
     landmarker = Landmarker(find_task(options.landmarker))
     for run in options.runs:
         judged = judge(run, landmarker, count=options.sentences, seed=options.seed)

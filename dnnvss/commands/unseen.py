@@ -9,8 +9,11 @@ the rest of the same sentences is told as the mean over the splits with its inte
 from collections.abc import Sequence
 from pathlib import Path
 
+from dnnvss import files
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE
+from dnnvss.runs.files import RunFiles
+from dnnvss.runs.settings import RunSettings
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -22,6 +25,9 @@ def main(arguments: Sequence[str]) -> int:
     options = parser.read(arguments)
     from dnnvss.evaluation.unseen import leave_words_out
 
+    for run in options.runs:  # the last of them too, before the first is fitted anew
+        RunSettings.load(run)
+        files.check_writable([RunFiles(run).unheard])
     for run in options.runs:
         found = leave_words_out(run, options.splits, options.seed)
         print(f"{run}: {options.splits} splits\n{found.table()}\nwrote {found.save(run)}")

@@ -33,11 +33,12 @@ def write_correlations(study: Study, folder: Path, out: Path | None = None, spli
     Raises:
         DnnvssError: no encoding, or fewer frames than are to be drawn.
     """
+    out = out or folder / "correlations"
+    picture, page, numbers = (out / f"{study.name}.{kind}" for kind in ("png", "md", "json"))
+    files.check_writable([picture, page, numbers])
     corpus, encoded, variant = open_encoding(folder)
     found = correlate(study, corpus, encoded, corpus.split(split, variant))
-    out = out or folder / "correlations"
-    return [_picture(found, out / f"{study.name}.png"), files.write_text(out / f"{study.name}.md", markdown(found)),
-            files.write_json(out / f"{study.name}.json", plain(found))]
+    return [_picture(found, picture), files.write_text(page, markdown(found)), files.write_json(numbers, plain(found))]
 
 
 def open_encoding(folder: Path) -> tuple[Corpus, EncodedCorpus, str]:

@@ -45,6 +45,8 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
     Raises:
         DnnvssError: a folder of no finished run, runs of other test sentences, or a run that is named twice.
     """
+    out = out or folders[0] / "evaluation"
+    files.check_writable(out / f"evaluation.{kind}" for kind in ("md", "json", "html"))
     runs = [read_run(folder) for folder in folders]
     names = names or run_titles(list(folders))
     by_name = dict(zip(names, runs, strict=True))
@@ -62,7 +64,6 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
     else:
         result, told = compare_faces(sides, seed)
     result = result.with_inputs({row: driven(by_name[name]) for row, (name, _) in origins.items()}, origins)
-    out = out or folders[0] / "evaluation"
     named = dict(zip(names, folders, strict=True))
     styles = {name: tuple(run.styled) for name, run in by_name.items()}
     sections = [*filter(None, [_rates(by_name)]), *viewers_sections(result, named, styles),

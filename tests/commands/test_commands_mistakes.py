@@ -217,3 +217,31 @@ def test_exports_are_checked_before_anything_is_said(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(speaking, "check_exports", refuse)
     with pytest.raises(DnnvssError, match="not so"):
         speaking._spoken(settings(), None)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("command", ["unseen", "outside"])
+def test_the_last_run_is_looked_at_before_the_first_is_worked_on(
+        command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    for reader in ("settings.RunSettings.load", "run.Run.open"):
+        monkeypatch.setattr(f"dnnvss.runs.{reader}", lambda folder: files.read_text(folder / "config.yaml", ""))
+    monkeypatch.setattr("dnnvss.evaluation.unseen.leave_words_out", lambda *given: pytest.fail("it was fitted"))
+    monkeypatch.setattr("dnnvss.face.landmarker.find_task", lambda path: pytest.fail("it was watched"))
+    for name in "ab":
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "config.yaml").touch()
+    assert run_command(command, tmp_path / "a", tmp_path / "typo") == 1
+    assert "typo/config.yaml: no such file" in capsys.readouterr().err
+    (tmp_path / "b" / "evaluation").touch()
+    assert run_command(command, tmp_path / "a", tmp_path / "b") == 1
+    assert "cannot be written (Not a directory)" in capsys.readouterr().err
+
+
+def test_a_table_that_cannot_be_written_is_refused_before_it_is_reckoned(tmp_path: Path) -> None:
+    from dnnvss.evaluation.correlation_figures import write_correlations
+    from dnnvss.evaluation.finished import compare_runs
+
+    (tmp_path / "table").touch()
+    with pytest.raises(DnnvssError, match=r"evaluation\.md: cannot be written \(Not a directory\)"):
+        compare_runs([tmp_path], tmp_path / "table")
+    with pytest.raises(DnnvssError, match=r"context\.png: cannot be written \(Not a directory\)"):
+        write_correlations(SimpleNamespace(name="context"), tmp_path, tmp_path / "table")  # type: ignore[arg-type]
