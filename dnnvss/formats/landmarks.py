@@ -39,6 +39,9 @@ _MARKS = 'Write {"groups": {"lips_outer": [48, 60], ...}, "scale": 1, "rate": 25
 _NPZ = ("Save an array points (frames, points, 2) in pixels, or (frames, points, 3), and, where known, valid (frames,) "
         "and times (frames,) in seconds")
 _POINTS, _SPARE = 1000, 1_000_000  # more points than any markup has, and bytes of headers and the like
+_OTHERS = {(3, 2): "Save x and y alone, points[..., :2]; for points in space, in mm, set corpus.importer.dim=3",
+           (2, 3): "Set corpus.importer.dim=2 for points in the picture"}
+"""Coordinates that points have and that are looked for, to what to do."""
 _DIMENSIONS = "Set corpus.importer.dim=2 for points in the picture, dim=3 for points in space"
 
 
@@ -220,7 +223,8 @@ def read_npz(path: str | Path, scale: float = 1.0, dimensions: int = 2, frames: 
         points = points[..., :2]
     if points.shape[2] != dimensions:
         raise DnnvssError(f"its points have {points.shape[2]} coordinates, and {dimensions} are looked for: it is not "
-                          f"points (frames, points, {dimensions})", file=path, remedy=_DIMENSIONS)
+                          f"points (frames, points, {dimensions})", file=path,
+                          remedy=_OTHERS.get((points.shape[2], dimensions), _NPZ))
     scaled = np.asarray(points / scale, np.float32)
     valid = arrays.get("valid", np.isfinite(scaled).all(axis=(1, 2)))
     times = arrays.get("times")

@@ -1,5 +1,6 @@
 """Tables by hand."""
 
+from dnnvss.formats.rows import table_rows
 from dnnvss.formats.tables import aligned, markdown_numbers, markdown_table
 
 
@@ -10,3 +11,8 @@ def test_markdown_by_hand():
 
 def test_text_for_the_screen_is_as_wide_as_its_widest_cell():
     assert aligned(["s", "score"], [["long", "1"]]) == "s     score\n----  -----\nlong      1"
+
+
+def test_quoted_cells_may_stand_behind_spaces() -> None:
+    """Some libraries put every cell in quotes and a space behind every comma."""
+    assert table_rows('"frame", "a, b"\n"1", "2"\n')[0] == [(1, ["frame", "a, b"]), (2, ["1", "2"])]
