@@ -33,7 +33,7 @@ LEAST = 300.0
 """Seconds of speech below which a voice is not learnt: too few examples of each phone."""
 
 MOST = 3600.0
-"""Seconds of recordings that a voice is learnt from; of a longer corpus every so many-th."""
+"""Seconds of recordings that a voice is learnt from, or half as many more; of a longer corpus every so-many-th."""
 
 SLACK = 0.2
 """Seconds by which a word may leave its given times."""

@@ -1,5 +1,6 @@
 """Reads takes: Live Link Face's CSV, any CSV of named curves, and the JSON that we write."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -163,7 +164,7 @@ def _usual(times: np.ndarray) -> FrameClock:
 
 
 def _start(seconds: float, clock: FrameClock) -> TimeCode:
-    whole = int(seconds)
+    whole = math.floor(seconds)  # before midnight where it is negative
     base = max(1, round(float(clock.rate)))
     frame = min(int((seconds - whole) * base + 1e-6), base - 1)
     return TimeCode(whole // 3600 % 24, whole // 60 % 60, whole % 60, frame)

@@ -49,6 +49,11 @@ def test_frames_that_time_code_counts_to_a_whole_number_are_kept_at_the_true_rat
     assert read_take(path, made_at=clock).clock == clock and read_take(path).clock == FrameClock(round(float(rate)))
 
 
+def test_times_before_nought_are_before_midnight(tmp_path):
+    (path := tmp_path / "early.csv").write_text("Time,JawOpen\n-0.5,0\n-0.4666667,0.5\n-0.4333333,1\n")
+    assert read_take(path).start == TimeCode(23, 59, 59, 15)
+
+
 def test_another_rate_lies_on_the_lines_between(take):
     slow = at_rate(take, FrameClock(15))
     np.testing.assert_allclose(slow.curves["jawOpen"], take.curves["jawOpen"][::2], atol=1e-12)
