@@ -7,7 +7,7 @@ import numpy as np
 
 from dnnvss.errors import DnnvssError
 from dnnvss.media import SPEECH_RATE
-from dnnvss.speech.align_doubt import DOUBTFUL, Word, doubt, levels, noisy, score
+from dnnvss.speech.align_doubt import DOUBTFUL, Word, doubt, levels, noisy, score, without_rumble
 from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_onset import given_back
 from dnnvss.speech.align_sphinx import decode
@@ -53,6 +53,8 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
           slack: float = 0.25, sharp: bool = True, lasting: int = 1) -> Aligned:
     """Return the phones and words of a recording, in time.
 
+    Where speech seems to drown in noise, what is lower than a voice is taken out first.
+
     Each attempt is two passes of pocketsphinx over a stretch of the sound; the first one that finds all words with a
     credible score is taken: the spoken part, the whole recording, half the gain, and where none of these found a path
     at all, with wider beams.
@@ -71,6 +73,8 @@ def align(audio: np.ndarray, words: Sequence[Word], bounds: Sequence[tuple[float
         UnfitError: words that are not in the sound.
     """
     _check(audio, words)
+    if noisy(audio):
+        audio = _clear(audio)
     said = " ".join(word for word, _ in words)
     reasons: list[str] = []
     for attempt, (start, end), gain, beam in _attempts(audio, bounds, slack, lasting):
@@ -105,8 +109,14 @@ def _check(audio: np.ndarray, words: Sequence[Word]) -> None:
                           remedy="Give the whole recording")
     if not np.isfinite(audio).all() or np.abs(audio).max() < QUIET:
         raise DnnvssError("the sound is silence", remedy="Give a recording with speech, loud enough")
-    if why := noisy(audio):
+
+
+def _clear(audio: np.ndarray) -> np.ndarray:
+    """Sound without what is lower than a voice, if speech stands out of the rest."""
+    higher = without_rumble(audio)
+    if why := noisy(higher):
         raise DnnvssError(why, remedy="Give a recording with less noise")
+    return higher
 
 
 def _attempts(audio: np.ndarray, bounds: Sequence[tuple[float, float]] | None,

@@ -62,6 +62,18 @@ def noisy(audio: np.ndarray) -> str:
     return ""
 
 
+def without_rumble(audio: np.ndarray) -> np.ndarray:
+    """Sound (n,) at 16 kHz without what is lower than a voice: offsets that drift, rumble, the hum of mains."""
+    from scipy.signal import butter, sosfiltfilt  # slow to import
+
+    low = butter(4, _LOWEST, "highpass", fs=SPEECH_RATE, output="sos")
+    return np.asarray(sosfiltfilt(low, audio.astype(float)), np.float32)
+
+
+_LOWEST = 80.0
+"""Hertz below which there is next to nothing of a voice."""
+
+
 def doubt(heard: Sequence[Heard], words: Sequence[Word], audio: np.ndarray, start: float) -> str:
     """Return why the words cannot be what was said, or nothing.
 

@@ -98,6 +98,19 @@ def test_noise_as_strong_as_the_speech_is_refused(speech):
         align(speech + noise.astype(np.float32), ways(TEXT))
 
 
+def test_what_is_lower_than_a_voice_is_no_noise(speech):
+    """A drifting offset, rumble and the hum of mains, each louder than the voice, leave the words where they are."""
+    time = np.arange(len(speech)) / RATE
+    loud = 2 * np.abs(speech).std()
+    starts = align(speech, ways(TEXT)).alignment["words"].edges
+    for low in (4 * loud * (time / time[-1] - 0.5), loud * np.sin(2 * np.pi * 12 * time),
+                loud * np.sin(2 * np.pi * 50 * time)):
+        found = align(speech + low.astype(np.float32), ways(TEXT)).alignment["words"].edges
+        assert np.abs(found - starts).max() < 0.05
+    with pytest.raises(DnnvssError, match="the sound is noise"):
+        align((loud * np.sin(2 * np.pi * 12 * time)).astype(np.float32), ways(TEXT))
+
+
 @pytest.mark.parametrize(("sound", "said"), [
     (np.zeros(0, np.float32), "the sound lasts 0.00 s"),
     (np.zeros(3 * RATE, np.float32), "the sound is silence"),
