@@ -160,7 +160,8 @@ def encode_corpus(
         progress: show progress bars.
 
     Raises:
-        DnnvssError: no ``train`` split, an unknown utterance, or a corpus that the settings do not fit.
+        DnnvssError: no ``train`` split, an unknown utterance, a corpus that the settings do not fit, or a folder
+            in which nothing may be written.
     """
     ids = {name: tuple(split) for name, split in splits.items()}
     if not ids.get("train"):
@@ -169,6 +170,7 @@ def encode_corpus(
         raise DnnvssError("is in a split and not in the corpus", utterance=unknown, file=corpus.root / "corpus.json")
     home = encoding_folder(corpus, ids, settings, folder)
     if not (home / REPORT).is_file():
+        files.check_writable([home / FACE])
         _make(face_kind(settings.face), settings, corpus, ids, home, progress)
     return EncodedCorpus.open(home, ids)
 

@@ -93,7 +93,7 @@ class RunSettings(RunOptions):
         if is_together(folder):
             folder = talker_run(folder, None)
         path = RunFiles(folder).config
-        values = files.read(path, _plain, "Train a system first: python train.py")
+        values = files.read(path, _plain, _nearest_run(folder))
         _check_version(RunFiles(folder), values)
         try:
             found = read_settings(cls, values, "")
@@ -186,6 +186,12 @@ def _check_version(places: RunFiles, values: Any) -> None:
 def _release(version: str) -> list[str]:
     """The parts of a version that tell whether files mean the same."""
     return version.split(".")[:2]
+
+
+def _nearest_run(folder: Path) -> str:
+    """What to do about a folder that is no run: name one in it, or train one."""
+    inside = sorted(str(path.parent) for path in folder.glob(f"*/{RunFiles(folder).config.name}"))
+    return f"Name one of the runs in it, such as {inside[0]}" if inside else "Train a system first: python train.py"
 
 
 def _anew(folder: Path, values: Any) -> str:

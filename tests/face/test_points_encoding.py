@@ -59,6 +59,14 @@ def test_a_corpus_without_pictures_is_encoded(tmp_path: Path, dimensions: int) -
     assert find_encoding(data, encoded.folder / "face.npz") is None  # it lies elsewhere than in the corpus
 
 
+def test_a_folder_that_cannot_be_written_is_told_before_a_face_is_fitted(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dnnvss.face.encoding._make", lambda *given: pytest.fail("it was fitted"))
+    monkeypatch.setattr("os.access", lambda path, mode: Path(path) != tmp_path)
+    with pytest.raises(DnnvssError, match=r"face\.npz: cannot be written \(Permission denied\)"):
+        encode_corpus(corpus(tmp_path / "data", 2), SPLITS, SETTINGS, tmp_path / "face", progress=False)
+
+
 def test_a_face_that_lies_in_the_folder_of_an_encoding_is_taken(tmp_path: Path) -> None:
     data = corpus(tmp_path / "corpus", 2)
     other = encode_corpus(data, SPLITS | {"train": ["u0"]}, SETTINGS, tmp_path / "face", progress=False)

@@ -31,6 +31,14 @@ def begun(folder: Path, *settings: str) -> Path:
     return folder
 
 
+def test_a_folder_of_runs_is_no_run_and_one_of_them_is_named(tmp_path: Path) -> None:
+    with pytest.raises(DnnvssError, match=r"no such file\. Train a system first"):
+        RunSettings.load(tmp_path)
+    begun(tmp_path / "a")
+    with pytest.raises(DnnvssError, match=r"no such file\. Name one of the runs in it, such as .*/a\."):
+        RunSettings.load(tmp_path)
+
+
 def test_a_run_goes_on_under_its_own_settings_alone(tmp_path: Path) -> None:
     folder = begun(tmp_path, "trainer.epochs=3")
     check_begun(folder, configured("trainer.epochs=3", "trainer.progress=false", "jobs=2"), "abc")
