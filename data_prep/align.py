@@ -14,7 +14,7 @@ from dnnvss.formats.labels import UnknownWordError
 from dnnvss.media import read_audio
 from dnnvss.phones import SILENCES
 from dnnvss.speech.align import UnfitError, align
-from dnnvss.speech.align_doubt import Word, levels
+from dnnvss.speech.align_doubt import Word, levels, without_rumble
 from dnnvss.speech.align_edges import sharpened
 from dnnvss.speech.align_onset import given_back
 from dnnvss.speech.align_words import words_over
@@ -191,11 +191,13 @@ def _laid(found: Alignment, seconds: float, late: float, starts: float, sound: n
 def contrast(phones: Tier, sound: np.ndarray) -> float:
     """Decibels between the middle level of speech and that of silence; 0 where there is little of either.
 
+    What is lower than a voice does not count.
+
     Args:
         phones: the tier.
         sound: (n,) at 16 kHz.
     """
-    level = levels(sound)
+    level = levels(without_rumble(sound))
     at = (np.arange(len(level)) + 0.5) / 100
     edges = np.array([s.end for s in phones])
     labels = np.array([s.label not in SILENCES for s in phones])

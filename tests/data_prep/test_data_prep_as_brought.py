@@ -155,6 +155,9 @@ def test_silence_that_is_louder_than_speech_is_told() -> None:
     assert contrast(right, loud) == pytest.approx(60, abs=3)
     assert contrast(Tier("phones", [(0, 0.5, "sil"), (0.5, 1, "AA")]), loud) == pytest.approx(-60, abs=3)
     assert contrast(Tier("phones", [(0, 1, "AA")]), loud) == 0
+    drift = np.abs(np.linspace(-1, 1, 16000, dtype=np.float32)) ** 3  # silence at either end is louder with it
+    middle = Tier("phones", [(0, 0.25, "sil"), (0.25, 0.75, "AA"), (0.75, 1, "sil")])
+    assert contrast(middle, np.roll(loud, 4000) + drift) > 6
 
 
 def test_names_of_every_system_and_editor_are_one_recording(raw: Path, tmp_path: Path) -> None:
