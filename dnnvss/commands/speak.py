@@ -30,6 +30,7 @@ from dnnvss.synthesis.outputs import write_spoken
 from dnnvss.synthesis.plan import check_alignment
 from dnnvss.synthesis.request import Recording, Scene, SpeakRequest, check_views
 from dnnvss.synthesis.speak import Spoken, named_gauges, speak
+from dnnvss.synthesis.stage import scene_clock
 from dnnvss.text.overrides import read_overrides
 from dnnvss.timing import Alignment
 
@@ -64,14 +65,14 @@ def _spoken(settings: SpeakSettings, run: Run) -> Spoken:
     """What is said; where curves came back edited, once more with the keys that hold what was changed."""
     request = read_request(settings, run)
     check_exports(settings, run, request)
-    spoken = speak(run, request)
     if not settings.import_curves:
-        return spoken
+        return speak(run, request)
     from dnnvss.export.take_read import read_take
     from dnnvss.synthesis.edits import keys_of_edits
 
-    edited = read_take(Path(settings.import_curves), made_at=settings.rig_rate or spoken.stage.clock)
-    edits = keys_of_edits(spoken, edited, settings.easing / 1000)
+    made_at = settings.rig_rate or scene_clock(run, request.scene)
+    edited = read_take(Path(settings.import_curves), made_at=made_at)  # refused before anything is said
+    edits = keys_of_edits(speak(run, request), edited, settings.easing / 1000)
     print(f"{settings.import_curves}: {len(edits)} keys hold what was edited")
     if settings.export_edits:
         print(f"wrote {write_keys(settings.export_edits, edits)}")

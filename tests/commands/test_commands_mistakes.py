@@ -214,6 +214,10 @@ def test_exports_are_checked_before_anything_is_said(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(speaking, "read_request", lambda settings, run: None)
     monkeypatch.setattr(speaking, "speak", lambda run, request: pytest.fail("it was said"))
+    edited = settings(import_curves="curves.wav", rig_rate=FrameClock(25))
+    with monkeypatch.context() as unchecked, pytest.raises(DnnvssError, match="a take is not read from"):
+        unchecked.setattr(speaking, "check_exports", lambda *given: None)
+        speaking._spoken(edited, None)  # type: ignore[arg-type]
     monkeypatch.setattr(speaking, "check_exports", refuse)
     with pytest.raises(DnnvssError, match="not so"):
         speaking._spoken(settings(), None)  # type: ignore[arg-type]
