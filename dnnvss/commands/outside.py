@@ -24,6 +24,7 @@ def main(arguments: Sequence[str]) -> int:
                                                         "given")
     options = parser.read(arguments)
     from dnnvss.evaluation.outside import judge
+    from dnnvss.evaluation.report import number_of
     from dnnvss.face.landmarker import Landmarker, find_task
     from dnnvss.runs.run import Run
 
@@ -34,5 +35,6 @@ def main(arguments: Sequence[str]) -> int:
     for run in options.runs:
         judged = judge(run, landmarker, count=options.sentences, seed=options.seed)
         path = judged.save(run)
-        print(f"{run}: {len(judged.sentences)} test sentences, style {judged.style}\n{judged.table()}\nwrote {path}")
+        watched = number_of(len(judged.sentences), "test sentence")
+        print(f"{run}: {watched}, style {judged.style}\n{judged.table()}\nwrote {path}")
     return DONE

@@ -12,7 +12,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.measures import MEASURES, frame_errors
-from dnnvss.evaluation.report import interval, number
+from dnnvss.evaluation.report import interval, number, number_of
 from dnnvss.evaluation.statistics import (
     FEWEST,
     Difference,
@@ -90,7 +90,8 @@ class Comparison:
     def few(self) -> list[str]:
         """A paragraph where the sentences are too few for an interval or a test; none where they are not."""
         count = len(self.sentences)
-        return [f"{count} sentences are too few for an interval or a test to mean anything."] if count < FEWEST else []
+        said = f"{number_of(count, 'sentence')} {'is' if count == 1 else 'are'} too few for an interval or a test"
+        return [f"{said} to mean anything."] if count < FEWEST else []
 
     @cached_property
     def tests(self) -> dict[str, list[tuple[str, str, Difference, float]]]:
@@ -179,8 +180,8 @@ class Comparison:
 
     def markdown(self) -> str:
         """Return the report in Markdown: values, tests, phone classes, definitions."""
-        parts = [f"{len(self.sentences)} sentences; averages run over the first {self.first} coefficients. In brackets "
-                 "the 95 % bootstrap interval over sentences."]
+        parts = [f"{number_of(len(self.sentences), 'sentence')}; averages run over the first {self.first} "
+                 "coefficients. In brackets the 95 % bootstrap interval over sentences."]
         parts += self.gaps + self.rivals + self.same + self.few
         for block in _split(self.measures, 5):
             rows = [[*self.named(s), *[interval(self.estimate(s, m.name)) for m in block]] for s in self.pairs]

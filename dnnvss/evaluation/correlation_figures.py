@@ -35,8 +35,8 @@ def write_correlations(study: Study, folder: Path, out: Path | None = None, spli
     """
     out = out or folder / "correlations"
     picture, page, numbers = (out / f"{study.name}.{kind}" for kind in ("png", "md", "json"))
-    files.check_writable([picture, page, numbers])
     corpus, encoded, variant = open_encoding(folder)
+    files.check_writable([picture, page, numbers])
     found = correlate(study, corpus, encoded, corpus.split(split, variant))
     return [_picture(found, picture), files.write_text(page, markdown(found)), files.write_json(numbers, plain(found))]
 

@@ -46,8 +46,8 @@ def compare_runs(folders: Sequence[Path], out: Path | None = None, names: Sequen
         DnnvssError: a folder of no finished run, runs of other test sentences, or a run that is named twice.
     """
     out = out or folders[0] / "evaluation"
-    files.check_writable(out / f"evaluation.{kind}" for kind in ("md", "json", "html"))
     runs = [read_run(folder) for folder in folders]
+    files.check_writable(out / f"evaluation.{kind}" for kind in ("md", "json", "html"))
     names = names or run_titles(list(folders))
     by_name = dict(zip(names, runs, strict=True))
     sides: dict[str, Side] = {}

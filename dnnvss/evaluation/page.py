@@ -15,7 +15,7 @@ from dnnvss import files
 from dnnvss.curves import resample
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
 from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions, left_out
-from dnnvss.evaluation.report import number
+from dnnvss.evaluation.report import number, number_of
 from dnnvss.evaluation.sections import Section
 from dnnvss.evaluation.statistics import Estimate, p_value, pooled
 from dnnvss.face.base import APERTURE, Face
@@ -55,8 +55,8 @@ def write_page(
     title = f"Evaluation: {', '.join(names)}" if len(names) <= _NAMED else f"Evaluation: {len(names)} systems"
     body = Template(_own("page.html")).substitute(
         title=html.escape(title),
-        lead=html.escape(" ".join([f"{len(result.sentences)} test sentences; averages over the first {result.first} "
-                                   "coefficients.", *result.rivals, *result.same, *result.few])),
+        lead=html.escape(" ".join([f"{number_of(len(result.sentences), 'test sentence')}; averages over the first "
+                                   f"{result.first} coefficients.", *result.rivals, *result.same, *result.few])),
         head=wide(_values(result, [m for m in result.measures if m.name in HEAD]), "The main metrics"),
         values=wide(_values(result, result.measures), "All metrics"),
         cards="".join(_card(result, m) for m in result.measures),

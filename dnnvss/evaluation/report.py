@@ -170,7 +170,8 @@ class Report:
 
     def _caption(self) -> str:
         count = len(next(iter(self.scores.values())))
-        return f"Mean (and sd) over {count} sentences of the average over the first {self.first} coefficients."
+        return (f"Mean (and sd) over {number_of(count, 'sentence')} of the average over the first {self.first} "
+                "coefficients.")
 
     def _coefficient_caption(self) -> str:
         return "Each coefficient over speech, mean over the sentences."
@@ -193,6 +194,11 @@ def _plain(value: float) -> float | None:
 def number(value: float) -> str:
     """A number for a table: three decimals, two from 10 on, a dash where there is none."""
     return _DASH if np.isnan(value) else f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
+
+
+def number_of(count: int, thing: str) -> str:
+    """A count with the name of what is counted: ``1 sentence``, ``2 sentences``."""
+    return f"{count} {thing}{'' if count == 1 else 's'}"
 
 
 def interval(e: Estimate) -> str:

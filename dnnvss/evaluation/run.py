@@ -18,7 +18,7 @@ from dnnvss.evaluation.calibration import calibration, plot_calibration
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES
 from dnnvss.evaluation.optional import attempted
-from dnnvss.evaluation.report import number
+from dnnvss.evaluation.report import number, number_of
 from dnnvss.evaluation.runs import tracked_landmarks
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.evaluation.verdict import Verdict, verdict
@@ -196,7 +196,7 @@ def evaluate_run(folder: Path, corpus: Corpus, parts: Sequence[Part], encoded: E
     report = evaluate(predicted, seen, speech=speech, valid=valid, first=leading(face))
     known = validation or Validation(report.headline("model"), tuple(e.id for e in test))
     chosen = [] if validation is None else [_chosen_by(validation)]
-    title = f"{corpus.info.name}, {len(test)} test sentences, phone times from the recordings"
+    title = f"{corpus.info.name}, {number_of(len(test), 'test sentence')}, phone times from the recordings"
     title = ", ".join([title, *notes[:1]])
     shown = {name: own for name, own in predicted.items() if name != "training mean"}
     lively = compare(make_bench(task, test, encoded, corpus), shown,
@@ -232,7 +232,8 @@ def _said(part: Part, styles: Mapping[str, Style], folder: Path) -> dict[str, Tr
 
 def _chosen_by(validation: Validation) -> str:
     """What the page says of the validation split."""
-    return (f"On the validation split, by which runs are chosen ({len(validation.sentences)} sentences): correlation "
+    count = number_of(len(validation.sentences), "sentence")
+    return (f"On the validation split, by which runs are chosen ({count}): correlation "
             f"{number(math.nan if validation.headline is None else validation.headline)}.")
 
 
@@ -299,7 +300,7 @@ def _unseen_words(folder: Path, task: Task, face: Face, parts: Sequence[Part], p
     chosen = {name: {i: p[i] for i in unseen} for name, p in predicted.items()}
     seen = {i: moving(face, references[i], frames & valid[i]) for i, frames in unseen.items()}
     inside = evaluate(chosen, seen, speech=unseen, valid={i: valid[i] for i in unseen}, first=leading(face))
-    title = f"Inside words that never occur in training ({len(unseen)} sentences)"
+    title = f"Inside words that never occur in training ({number_of(len(unseen), 'sentence')})"
     files.write_json(RunFiles(folder).unseen_words, inside.to_json())
     line = f"{title}: correlation " + ", ".join(f"{n} {inside.headline(n):.3f}" for n in chosen)
     return [line], [f"## {title}", "`speech` stands for the frames of these words.", inside.markdown()]

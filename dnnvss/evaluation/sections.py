@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.outside.judged import OF_A_RUN, Judged
 from dnnvss.evaluation.outside.scores import MEASURES
+from dnnvss.evaluation.report import number_of
 from dnnvss.formats.tables import markdown_numbers
 from dnnvss.pages import wide
 
@@ -47,18 +49,35 @@ def seen_from_outside(folders: Mapping[str, Path]) -> Section | None:
     Args:
         folders: name of a run to its folder.
     """
-    judged = {name: own for name, folder in folders.items() if (own := Judged.load(folder)) is not None}
-    if not judged:
+    judged, stale = dict[str, Judged](), list[str]()
+    for name, folder in folders.items():
+        try:
+            own = Judged.load(folder)
+        except DnnvssError:  # told below: what another command kept is no reason to compare nothing
+            stale.append(name)
+            continue
+        if own is not None:
+            judged[name] = own
+    if not judged and not stale:
         return None
-    first = next(iter(judged.values()))
     rows = [(f"{name}, {row}", *own.rows(row)) for name, own in judged.items() for row in OF_A_RUN]
-    rows += [(row, *first.rows(row)) for row in first.pairs if row not in OF_A_RUN]
-    missing = [name for name in folders if name not in judged]
-    note = (f"One tracker over the talker's video and over that of each run, {len(first.sentences)} test sentences, "
-            f"in the style {' or '.join(dict.fromkeys(own.style for own in judged.values()))}; in brackets the 95 % "
-            "interval over sentences. Text alone has the run's own times, laid over the recording word by word. In the "
-            "recording means: drawn into it, so that the head moves as the talker's does.")
+    if first := next(iter(judged.values()), None):
+        rows += [(row, *first.rows(row)) for row in first.pairs if row not in OF_A_RUN]
+    missing = [name for name in folders if name not in (*judged, *stale)]
+    told = {"Not judged yet (dnnvss outside RUN)": missing,
+            "To be judged again (dnnvss outside RUN), as what is kept is damaged or of another version": stale}
+    notes = [*_watched(judged), *(f"{what}: {', '.join(names)}." for what, names in told.items() if names)]
+    return Section("Judged from outside", " ".join(notes), ("", *MEASURES), tuple(rows))
+
+
+def _watched(judged: Mapping[str, Judged]) -> list[str]:
+    """What was watched, and which runs were judged by other sentences; nothing where none was judged."""
+    if (first := next(iter(judged.values()), None)) is None:
+        return []
+    styles = " or ".join(dict.fromkeys(own.style for own in judged.values()))
     others = [name for name, own in judged.items() if own.sentences != first.sentences]
-    note += f" Other sentences: {', '.join(others)}." if others else ""
-    note += f" Not judged yet (dnnvss outside RUN): {', '.join(missing)}." if missing else ""
-    return Section("Judged from outside", note, ("", *MEASURES), tuple(rows))
+    return [f"One tracker over the talker's video and over that of each run, "
+            f"{number_of(len(first.sentences), 'test sentence')}, in the style {styles}; in brackets the 95 % interval "
+            "over sentences. Text alone has the run's own times, laid over the recording word by word. In the "
+            "recording means: drawn into it, so that the head moves as the talker's does.",
+            *([f"Other sentences: {', '.join(others)}."] if others else [])]

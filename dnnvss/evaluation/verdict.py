@@ -11,7 +11,7 @@ from string import Template
 import numpy as np
 
 from dnnvss import files
-from dnnvss.evaluation.report import Report
+from dnnvss.evaluation.report import Report, number_of
 from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, difference, estimate
 from dnnvss.pages import bars, document
 from dnnvss.phones import SILENCES, SPOKEN
@@ -108,7 +108,7 @@ def _recorded(sentences: int, seconds: float, sources: Sequence[str], company: S
     amount = f"{seconds:.0f} seconds" if seconds < 120 else f"{seconds / 60:.0f} minutes"
     others = f", and on what runs of {', '.join(sources)} had learnt" if sources else ""
     beside = f", together with {', '.join(company)}" if company else ""
-    return f"Trained on {sentences} sentences with {amount} of speech{others}{beside}."
+    return f"Trained on {number_of(sentences, 'sentence')} with {amount} of speech{others}{beside}."
 
 
 def _covered(coverage: Coverage, voice: Voice) -> str:
@@ -137,14 +137,15 @@ def _against(report: Report, system: str, gain: Difference | None, listens: bool
     model, null = (_pairs(report, name) for name in ("model", NULL))
     count = int(model[:, 1].sum())
     own, other = estimate(model), estimate(null)
-    said = f"On {count} sentences that it was not trained on"
+    said = f"On {number_of(count, 'sentence')} that it was not trained on"
     if listens:
         told = _value if gain is None else _ranged
         return (f"{said}, {system} correlates with the talker by {told(own)}, a face that stands still by 0; the mean "
                 f"of each phone, which is told the phones and their times where this one listens, by {told(other)}.")
     if gain is None:
+        few = "1 is" if count == 1 else f"{count} are"
         return (f"{said}, {system} correlates with the talker by {_value(own)}, the mean of each phone by "
-                f"{_value(other)}, a face that stands still by 0; {count} are too few to say whether that is chance.")
+                f"{_value(other)}, a face that stands still by 0; {few} too few to say whether that is chance.")
     sure = "and is not chance" if gain.p < _SURE else "which may be chance"
     return (f"{said}, {system} correlates with the talker by {_ranged(own)}, the mean of each phone by "
             f"{_ranged(other)}, a face that stands still by 0; the gain over the means is {_ranged(gain)} {sure}.")

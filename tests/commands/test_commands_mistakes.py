@@ -240,12 +240,20 @@ def test_the_last_run_is_looked_at_before_the_first_is_worked_on(
     assert "cannot be written (Not a directory)" in capsys.readouterr().err
 
 
-def test_a_table_that_cannot_be_written_is_refused_before_it_is_reckoned(tmp_path: Path) -> None:
-    from dnnvss.evaluation.correlation_figures import write_correlations
-    from dnnvss.evaluation.finished import compare_runs
+def test_a_table_that_cannot_be_written_is_refused_before_it_is_reckoned(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from dnnvss.evaluation import correlation_figures, finished
 
+    study: Any = SimpleNamespace(name="context")
     (tmp_path / "table").touch()
+    with pytest.raises(DnnvssError, match="Name the folder of a finished run"):  # a file that is no run is no place
+        finished.compare_runs([tmp_path / "table"])
+    with pytest.raises(DnnvssError, match=r"face\.npz: no such file"):
+        correlation_figures.write_correlations(study, tmp_path / "table")
+    monkeypatch.setattr(finished, "read_run", lambda folder: None)
+    monkeypatch.setattr(finished, "by_face", lambda runs: pytest.fail("it was compared"))
+    monkeypatch.setattr(correlation_figures, "open_encoding", lambda folder: (None, None, ""))
     with pytest.raises(DnnvssError, match=r"evaluation\.md: cannot be written \(Not a directory\)"):
-        compare_runs([tmp_path], tmp_path / "table")
+        finished.compare_runs([tmp_path], tmp_path / "table")
     with pytest.raises(DnnvssError, match=r"context\.png: cannot be written \(Not a directory\)"):
-        write_correlations(SimpleNamespace(name="context"), tmp_path, tmp_path / "table")  # type: ignore[arg-type]
+        correlation_figures.write_correlations(study, tmp_path, tmp_path / "table")

@@ -174,3 +174,9 @@ def test_a_file_of_another_version_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace(next(iter(MEASURES)), "something"))
     with pytest.raises(DnnvssError, match="known"):
         Judged.load(tmp_path)
+    section = seen_from_outside({"A": tmp_path})
+    assert section is not None
+    assert "another version: A." in section.markdown() and "another version: A." in section.html()
+    judged.save(tmp_path / "B")
+    both = seen_from_outside({"A": tmp_path, "B": tmp_path / "B"})
+    assert both is not None and "another version: A." in both.note and {row[0][:3] for row in both.rows[:4]} == {"B, "}

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dnnvss.evaluation.report import evaluate
+from dnnvss.evaluation.report import evaluate, number_of
 from dnnvss.evaluation.verdict import verdict
 from dnnvss.phones import SPOKEN
 from dnnvss.runs.voice import Voice
@@ -90,3 +90,9 @@ def test_the_verdict_says_what_others_lent(examples: dict[str, list[Example]]) -
     assert "which are borrowed from other talkers" in lines[1] and "stands in" not in lines[1]
     some = judged(examples, 0.1, 8, ("OY",))[1]
     assert "some of which are borrowed from other talkers; for the rest the likest sound stands in" in some
+
+
+def test_one_sentence_is_told_as_one(examples: dict[str, list[Example]]) -> None:
+    lines = judged(examples, 0.3, 1)
+    assert lines[2].startswith("On 1 sentence that") and "1 is too few to say" in lines[2]
+    assert (number_of(1, "sentence"), number_of(0, "sentence")) == ("1 sentence", "0 sentences")

@@ -71,7 +71,7 @@ def judge(folder: Path, landmarker: Landmarker, *, count: int = 20, seed: int = 
         raise DnnvssError("none of the test sentences that it has not learnt from has a video", file=folder,
                           remedy="Judge a run of filmed speech with a test split of its own: folds=0")
     style = make_style(run.settings.style, run.face)
-    watched = counted(filmed, "watching sentences", unit="sentence", disable=not progress)
+    watched = counted(filmed, "watching sentences", unit="sentences", disable=not progress)
     still = replace(style, life=0.0)  # lips are judged, not what moves them with the head
     seen = [_watch(run, corpus, utterance, still, landmarker) for utterance in watched]
     return score_all(seen, run.settings.style.name)

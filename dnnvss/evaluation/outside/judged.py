@@ -9,7 +9,7 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.outside.scores import MEASURES
-from dnnvss.evaluation.report import interval, number
+from dnnvss.evaluation.report import interval, number, number_of
 from dnnvss.evaluation.statistics import Estimate, estimate
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.records import read_record
@@ -92,7 +92,8 @@ class Judged:
         """The values with their intervals, and what they mean."""
         told = [f"- **{name}**: {definition}" for name, definition in {**ROWS, **MEASURES}.items()]
         return "\n\n".join([
-            f"{len(self.sentences)} test sentences in the style {self.style}, the talker's own video and ours seen by "
-            "one tracker that knows nothing of the model. In brackets the 95 % bootstrap interval over sentences.",
+            f"{number_of(len(self.sentences), 'test sentence')} in the style {self.style}, the talker's own video and "
+            "ours seen by one tracker that knows nothing of the model. In brackets the 95 % bootstrap interval over "
+            "sentences.",
             markdown_numbers(["", *MEASURES], [[row, *self.rows(row)] for row in ROWS]), *self.left_out,
             "\n".join(told)]) + "\n"
