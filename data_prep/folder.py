@@ -33,6 +33,7 @@ from dnnvss.formats.alignments import with_phones
 from dnnvss.formats.htk import is_transcript
 from dnnvss.formats.transcripts import check_transcript, read_transcript
 from dnnvss.media.folders import SOUNDS, VIDEOS, is_visible
+from dnnvss.text.normalise import tokens
 from dnnvss.text.sentence import spoken_words
 from dnnvss.text.wording import WORD, foreign_letter
 
@@ -174,7 +175,9 @@ def words_of(text: str, variant: str, transcript: Path, name: str) -> tuple[str,
     Raises:
         DnnvssError: there is none, or one in letters of which no word of English is made: it would be passed over.
     """
-    if foreign := next((w for w in WORD.findall(text) if foreign_letter(w) and not spoken_words(w, variant)), ""):
+    said = {w for token in tokens(text, variant, lenient=True) for w in WORD.findall(token.written)}  # kilohms, by 20
+    if foreign := next((w for w in WORD.findall(text) if foreign_letter(w) and w not in said
+                        and not spoken_words(w, variant)), ""):
         raise DnnvssError(f"cannot speak {foreign[:40]!r}", file=transcript, utterance=name,
                           remedy="Write it in English words as it is said")
     words = tuple(word for word, _ in spoken_words(text, variant))

@@ -296,6 +296,7 @@ def test_splits_beside_the_recordings_are_not_passed_over(tmp_path: Path) -> Non
 def test_a_word_in_other_letters_is_not_passed_over() -> None:
     """The words around it would be laid over its sound."""
     assert words_of("Beta \u03b1, na\u00efve \U0001f642!", "en_us", Path("a.txt"), "a") == ("beta", "alpha", "naive")
+    assert words_of("20 k\u03a9 on it", "en_us", Path("a.txt"), "a") == ("twenty", "kiloohms", "on", "it")
     for text, word in (("hello \u043c\u0438\u0440 friend", "\u043c\u0438\u0440"), ("\u65e5\u672c", "\u65e5\u672c")):
         with pytest.raises(DnnvssError, match=f"cannot speak '{word}'. Write it in English words"):
             words_of(text, "en_us", Path("a.txt"), "a")
