@@ -293,7 +293,9 @@ class _Known:
         last = key.rpartition(".")[2]
         same = [n for n in names if n.rpartition(".")[2] == last]
         if same:
-            return min(same, key=lambda n: (n.count("."), names.index(n)))
+            # those of visemes come last: most labels have none
+            return min(same, key=lambda n: (not n.endswith(f".{key}"), n.count("."), n.startswith("visemes."),
+                                            names.index(n)))
         near = difflib.get_close_matches(key, names, 1, 0.8)
         if near:
             return near[0]

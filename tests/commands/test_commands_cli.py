@@ -81,6 +81,8 @@ def test_other_settings_are_left_to_hydra() -> None:
     ("train -m model=hsmm,gided", "model=gided is unknown. Did you mean model=guided?"),
     ("train aam.alignmnt=rigid", "aam.alignmnt is no setting of train. Did you mean aam.alignment=rigid?"),
     ("train grid", "grid is no setting. Did you mean corpus=grid?"),
+    ("train hidden=5", "hidden is no setting of train. Did you mean model.network.hidden=5?"),
+    ("train predictor.hidden=5", "predictor.hidden is no setting of train. Did you mean visemes.predictor.hidden=5?"),
     ("train --multrun", "--multrun is no option of train. Did you mean --multirun?"),
     ("train --cfg", "--cfg needs a value"),
     ("train --config-dir nowhere", "nowhere: no such folder"),
