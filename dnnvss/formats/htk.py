@@ -22,6 +22,7 @@ _LONGEST = 1e5  # seconds of a recording
 _HEAD = 20
 """Lines in which the head of an ESPS label file ends."""
 _REMEDY = "Write lines of START END PHONE [WORD], times in 100 ns units"
+_TIMIT = "Write lines of START END PHONE, times in samples, 16,000 to the second"
 
 
 def read_lab(path: str | Path) -> Alignment:
@@ -116,7 +117,7 @@ def _lines(alignment: Alignment) -> list[str]:
 
 
 def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = None, unit: int = UNIT) -> Alignment:
-    segments, words = list[Segment](), list[tuple[float, str]]()
+    segments, words, remedy = list[Segment](), list[tuple[float, str]](), _TIMIT if unit == SAMPLES else _REMEDY
     table = whole_phones([(place, line, line.split()) for place, line in lines if line.strip()])
     column = 4 if all(_NUMBER.fullmatch(" ".join(fields[3:4])) for *_, fields in table) else 3
     if all(" ".join(fields[column : column + 1]) == fields[2] for *_, fields in table if len(fields) > 2):
@@ -131,7 +132,7 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
             read(segment.label)
         except (ValueError, IndexError) as error:
             raise DnnvssError(f"line {place}: {line.strip()[:80]!r} is not START END PHONE", file=path,
-                              utterance=utterance, remedy=_REMEDY) from error
+                              utterance=utterance, remedy=remedy) from error
         except DnnvssError as error:
             raise type(error)(f"line {place}: {error.problem}", file=path, utterance=utterance,
                               remedy=error.remedy) from error
@@ -144,7 +145,7 @@ def _parse(path: Path, lines: list[tuple[int, str]], utterance: str | None = Non
         if len(fields) > column:
             words.append((start, word_of(fields[column].replace("_", " "))))
     if not segments:
-        raise DnnvssError("holds no label", file=path, utterance=utterance, remedy=_REMEDY)
+        raise DnnvssError("holds no label", file=path, utterance=utterance, remedy=remedy)
     tiers = [phone_tier(segments)]
     if words:
         tiers.append(_words(words, tiers[0]))

@@ -58,9 +58,11 @@ def phone_of(label: str) -> str:
     phone = _CLOSURES[lower][0] if lower in _CLOSURES else _ALIASES.get(phone, phone)
     if phone in PHONES:
         return phone
-    if half := _HALF_CONTEXT.fullmatch(name):
-        return phone_of(half[1] or half[2])
-    if lower == "spn":
+    half = _HALF_CONTEXT.fullmatch(name)
+    inner = (half[1] or half[2]) if half else name
+    if half and _reads(lambda part: (phone_of(part),), inner):
+        return phone_of(inner)
+    if inner.lower() == "spn":
         raise UnknownWordError("phone 'spn' marks a word that the aligner did not know",
                                remedy="Add the word to the aligner's dictionary and align again")
     raise DnnvssError(f"unknown phone {label!r}",

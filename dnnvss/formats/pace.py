@@ -17,7 +17,8 @@ PACE = {"phones": (0.015, 1.5), "words": (0.03, 6.0)}
 _FEW, _WIDER = 3, 5
 """Phones or words below which lengths may be further from what is usual, and by how many times."""
 _USUAL = {"phones": 0.08, "words": 0.3}
-_REMEDY = "Write HTK times in units of 100 ns, or in seconds with a decimal point; times of other formats in seconds"
+_REMEDY = ("Write HTK times in units of 100 ns, or in seconds with a decimal point; those of TIMIT (.phn) in samples "
+           "of 16 kHz, of Whisper's .tsv in milliseconds, of other formats in seconds")
 
 
 def check_pace(alignment: Alignment, file: Path) -> Alignment:

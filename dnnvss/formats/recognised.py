@@ -58,7 +58,8 @@ def read_whisper_table(path: str | Path) -> tuple[Cue, ...]:
             continue
         try:
             start, end, text = line.split("\t", 2)
-            found.append(_cue((whole(start), whole(end), " ".join(without_remarks(text).split()), 1000.0), path))
+            row = whole(start), whole(end), " ".join(without_remarks(text).split()), 1000.0
+            found.append(_cue(row, path, _TABLE))
         except ValueError as error:
             raise DnnvssError(f"line {place}: {line.strip()[:80]!r} is not START END TEXT", file=path,
                               remedy=_TABLE) from error
@@ -82,12 +83,12 @@ def _values(path: Path) -> Any:
             return json.loads(text)  # what is wrong with the whole says more
 
 
-def _cue(row: Row, path: Path) -> Cue:
+def _cue(row: Row, path: Path, remedy: str = _REMEDY) -> Cue:
     start, end = (_time(value, row[3]) for value in row[:2])
     text = str(row[2])
     if start is None or end is None or end < start:
         raise DnnvssError(f"{text[:40]!r} is said from {row[0]!r} to {row[1]!r}, which are no times", file=path,
-                          remedy=_REMEDY)
+                          remedy=remedy)
     return Cue(start, end, text)
 
 

@@ -10,6 +10,8 @@ from dnnvss.formats.praat import BINARY, CutShortError, PraatGrid, PraatTier, pa
 from dnnvss.timing import Alignment, Segment, Tier
 
 _REMEDY = "Open the file in Praat and save it again as text"
+_EARLY = 0.1
+"""Seconds by which an interval may begin before the sound: so much of it is cut off."""
 _NAMES = {"phones": ("phones", "phone", "phonemes", "phoneme", "phn", "segments", "segment", "mau"),
           "words": ("words", "word", "wrd", "ort-mau")}
 
@@ -22,8 +24,8 @@ def read_textgrid(path: str | Path) -> Alignment:
     are silence.
 
     Raises:
-        DnnvssError: unreadable or cut short, no interval tier, two speakers, an unknown phone, or overlapping
-            intervals; names file, tier and interval.
+        DnnvssError: unreadable or cut short, no interval tier, two speakers, an unknown phone, overlapping intervals,
+            or one that begins more than a tenth of a second before the sound; names file, tier and interval.
     """
     path = Path(path)
     grid: PraatGrid = files.read(path, _open, _REMEDY)
@@ -71,6 +73,12 @@ def _tier(path: Path, name: str, tier: PraatTier, end: float) -> Tier:
     segments: list[Segment] = []
     for number, (start, stop, text) in enumerate(tier.rows, start=1):
         label, previous = text.strip(), segments[-1].end if segments else 0.0
+        if start < -_EARLY:
+            raise DnnvssError(f"tier {tier.name!r}: interval {number} {label!r} starts at {start:.4f} s, before the "
+                              "sound does", file=path, remedy="Give times that count from the beginning of the sound")
+        if stop <= 0:
+            continue
+        start = max(start, 0.0)
         if start < previous - 1e-4:
             raise DnnvssError(f"tier {tier.name!r}: interval {number} {label!r} starts at {start:.4f} s, "
                               f"before the one before it ends at {previous:.4f} s", file=path, remedy=_REMEDY)

@@ -66,10 +66,14 @@ def _is_whispers(path: Path) -> bool:
 
 def _head(path: Path) -> str:
     """The first lines of a file."""
-    with path.open("rb") as file:
-        head = file.read(_FIRST)
+    head = files.read(path, _begins, "Give a table of words: the line start,end,word and a line a word")
     lines = head.decode(files.text_encoding(head), "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     return lines.rpartition("\n")[0] or lines
+
+
+def _begins(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(_FIRST)
 
 
 _FIRST = 4096

@@ -181,3 +181,14 @@ def test_spanning_makes_the_outer_visemes_longer(alignment):
     assert (longer.labels, longer.edges.tolist()) == (("7", "3"), [0.0, 0.4, 0.96])
     silent_end = alignment.with_tier(Tier("visemes", [(0.0, 0.4, "7"), (0.4, 0.96, "3")]))
     assert spanning(silent_end, 0.7)["visemes"].edges.tolist() == [0.0, 0.4, 0.7]
+
+
+def test_what_a_textgrid_has_before_the_sound_is_cut_off(tmp_path, alignment):
+    """Praat counts its times from the beginning of the sound, also in a stretch that begins before it."""
+    path = write_alignment(tmp_path / "one.TextGrid", alignment)
+    begins = path.read_text().replace("xmin = 0.0", "xmin = 0").replace("xmin = 0 ", "xmin = 0\n")
+    path.write_text(begins.replace("xmin = 0\n", "xmin = -0.01\n"))
+    assert list(read_alignment(path)["phones"]) == PHONES
+    path.write_text(begins.replace("xmin = 0\n", "xmin = -0.5\n"))
+    with pytest.raises(DnnvssError, match=r"interval 1 'sil' starts at -0\.5000 s, before the sound does\."):
+        read_alignment(path)

@@ -6,7 +6,7 @@ import pytest
 
 from dnnvss.errors import DnnvssError
 from dnnvss.formats import read_alignment
-from dnnvss.formats.labels import phone_tier, word_of
+from dnnvss.formats.labels import phone_of, phone_tier, word_of
 from dnnvss.timing import Segment
 
 
@@ -48,6 +48,18 @@ def test_times_of_timit_are_samples(tmp_path: Path) -> None:
     found = read_alignment(path)["phones"]
     assert (found.labels, found.edges.round(4).tolist()) == (("sil", "SH", "IH", "sil"),
                                                              [0, 0.1906, 0.2849, 0.3577, 0.5625])
+
+
+def test_what_is_wrong_in_labels_of_timit_is_told_in_its_samples(tmp_path: Path) -> None:
+    path = tmp_path / "SA1.PHN"
+    for text, told in (("MillisecondsPerFrame: 1.0\n0 110 sil\n", "is not START END PHONE. .*16,000 to the second"),
+                       ("0 110 h#\n110 200 hh\n200 300 aa\n300 400 t\n", "too small.*TIMIT .* samples")):
+        path.write_text(text)
+        with pytest.raises(DnnvssError, match=told):
+            read_alignment(path)
+    for label, told in (("foo-bar", "unknown phone 'foo-bar'"), ("spn+aa", "marks a word that the aligner")):
+        with pytest.raises(DnnvssError, match=told):
+            phone_of(label)
 
 
 def test_master_labels_of_windows_are_found_by_name(tmp_path: Path) -> None:

@@ -228,6 +228,11 @@ def test_whispers_table_is_in_milliseconds(tmp_path: Path) -> None:
     path.write_text("start\tend\ttext\n0.5\t1200\thello\n")
     with pytest.raises(DnnvssError, match=r"line 2: .* is not START END TEXT"):
         read_timed_text(path)
+    path.write_text("start\tend\ttext\n1500\t1200\thello\n")
+    with pytest.raises(DnnvssError, match=r"said from 1500 to 1200, .*times in milliseconds"):
+        read_timed_text(path)
+    with pytest.raises(DnnvssError, match=r"b\.tsv: no such file"):
+        read_timed_text(tmp_path / "b.tsv")
     path.write_text("start\tend\tword\n0.5\t0.9\thello\n0.9\t1.2\tyou\n")
     assert [cue.start for cue in read_timed_text(path)] == [0.5, 0.9]
 
