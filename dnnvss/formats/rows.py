@@ -21,6 +21,7 @@ def table_rows(text: str) -> tuple[Rows, Callable[[str], float]]:
     first = 1 if named else 0
     head = next((line for line in lines[first:] if line.strip()), "")
     sign = named[1] if named else max((",", ";", "\t"), key=head.count)
-    reader = csv.reader(lines[first:], delimiter=sign, skipinitialspace=True)
+    paired = all(line.count('"') % 2 == 0 for line in lines[first:])  # else some are signs of a text, behind spaces too
+    reader = csv.reader(lines[first:], delimiter=sign, skipinitialspace=paired)
     rows = [(reader.line_num + first, [cell.strip() for cell in row]) for row in reader]
     return [(place, row) for place, row in rows if any(row)], number if sign == "," else comma_number
