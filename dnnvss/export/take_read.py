@@ -1,7 +1,7 @@
 """Reads takes: Live Link Face's CSV, any CSV of named curves, and the JSON that we write."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from dnnvss.errors import DnnvssError
 from dnnvss.export.take import Take
 from dnnvss.export.timecode import TimeCode
 from dnnvss.formats.curves import read_curves
+from dnnvss.formats.drop_frame import has_drop_frame, labels_of
 from dnnvss.records import read_record
 from dnnvss.timing import FrameClock
 
@@ -78,7 +79,8 @@ def at_rate(take: Take, clock: FrameClock, path: Path | None = None) -> Take:
     _check_size(count, len(take.curves), path)
     at = np.array([clock.seconds(k) for k in range(count)])
     curves = {name: np.interp(at, take.seconds, track) for name, track in take.curves.items()}
-    return Take(curves, clock, take.start, take.head, take.about)
+    start = take.start if has_drop_frame(clock.rate) else replace(take.start, drop=False)
+    return Take(curves, clock, start, take.head, take.about)
 
 
 def _check_size(frames: int, curves: int, path: Path | None) -> None:
@@ -148,7 +150,7 @@ def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -
     curves = {
         name: np.interp(at, places, track) for name, track in zip(names, values.T, strict=True)
     }
-    return Take(curves, clock, _start(held.times[0], clock))
+    return Take(curves, clock, _start(held.times[0], clock, held.drop))
 
 
 def _usual(times: np.ndarray) -> FrameClock:
@@ -163,7 +165,12 @@ def _usual(times: np.ndarray) -> FrameClock:
     return nearest if near else FrameClock(round(mean, 3))
 
 
-def _start(seconds: float, clock: FrameClock) -> TimeCode:
+def _start(seconds: float, clock: FrameClock, drop: bool) -> TimeCode:
+    """The time code of a moment since midnight, drop-frame where the rate has that and it is wanted."""
+    if drop and has_drop_frame(clock.rate):
+        base, frames = round(clock.rate), np.array([math.floor(seconds * float(clock.rate) + 1e-6)])
+        whole, frame = divmod(int(labels_of(frames, base)[0]), base)
+        return TimeCode(whole // 3600 % 24, whole // 60 % 60, whole % 60, frame, drop=True)
     whole = math.floor(seconds)  # before midnight where it is negative
     base = max(1, round(float(clock.rate)))
     frame = min(int((seconds - whole) * base + 1e-6), base - 1)

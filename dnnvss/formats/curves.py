@@ -10,6 +10,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.drop_frame import frames_of, left_out
 from dnnvss.formats.numbers import NO_NUMBER, whole
 from dnnvss.formats.rows import Rows, table_rows
 
@@ -28,7 +29,7 @@ _GAPS = 20
 _BASES = (24, 25, 30, 48, 50, 60, 100, 120, 240)
 """Frames a second that time codes count in."""
 _DAY = 86_400
-_CODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})[:;](\d{1,4}(?:\.\d{1,9})?)", re.ASCII)
+_CODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})([:;])(\d{1,4}(?:\.\d{1,9})?)", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -40,12 +41,14 @@ class Curves:
         values: (F, C) float64; NaN where the file holds no number.
         times: (F,) seconds of the time stamps, rising; None where the file has none.
         counted: frames to the second of the time codes that the times are read from; None where they are no codes.
+        drop: whether those are drop-frame: of frames at 29.97 or a multiple, and times of the clock.
     """
 
     names: tuple[str, ...]
     values: np.ndarray
     times: np.ndarray | None = None
     counted: int | None = None
+    drop: bool = False
 
     def since(self, rate: Fraction | None) -> np.ndarray:
         """Seconds (F,) from the first time stamp, where the file has any.
@@ -56,7 +59,7 @@ class Curves:
         """
         assert self.times is not None
         times = self.times - self.times[0]
-        if rate is None or self.counted is None or round(rate) * 1000 != rate * 1001:
+        if rate is None or self.counted is None or self.drop or round(rate) * 1000 != rate * 1001:
             return times
         return times if self.counted % round(rate) else times * 1.001
 
@@ -68,7 +71,8 @@ def read_curves(path: str | Path) -> Curves:
     gives the time stamps, and ``frame``, by which frames without a row are told where there is no time, and columns
     without a name that hold nothing or count the rows. Numbers and separators may be those of any country
     (:func:`dnnvss.formats.rows.table_rows`). Time codes ``h:m:s:frame`` count frames in the
-    least usual rate above the largest frame number; midnight may be passed.
+    least usual rate above the largest frame number; midnight may be passed. Codes ``h:m:s;frame`` that count to 30 or
+    a multiple are drop-frame, if none is a number that those leave out.
 
     Raises:
         DnnvssError: unreadable, a name that comes twice, no curve, a row of another length, a value that is no number,
@@ -92,8 +96,8 @@ def read_curves(path: str | Path) -> Curves:
             for at, row in zip(places, rows, strict=True)
         ]
     )
-    times, base = (
-        (None, None)
+    times, base, drop = (
+        (None, None, False)
         if stamp is None
         else _times(path, places, [row[stamp] for row in rows], low[stamp], number)
     )
@@ -102,7 +106,7 @@ def read_curves(path: str | Path) -> Curves:
     counted = next((i for i, name in enumerate(low) if name in _FRAMES), None)
     if times is None and counted is not None:
         values = spread_frames(path, places, [row[counted] for row in rows], values)
-    return Curves(tuple(names[i] for i in kept), values, times, base)
+    return Curves(tuple(names[i] for i in kept), values, times, base, drop)
 
 
 def _bare(name: str) -> str:
@@ -244,16 +248,18 @@ def _times(
     texts: Sequence[str],
     kind: str,
     number: Callable[[str], float],
-) -> tuple[np.ndarray, int | None]:
-    """The seconds (F,) of time stamps or time codes, rising, and what frames to the second the codes count."""
-    base = None
+) -> tuple[np.ndarray, int | None, bool]:
+    """The seconds (F,) of time stamps or time codes, rising, what frames to the second the codes count, and whether
+    they are drop-frame."""
+    base, drop = None, False
     if kind == _TIMECODE:
-        times, base = _seconds(path, places, texts)
+        times, base, drop = _seconds(path, places, texts)
     else:
         times = np.array(
             [cell(path, at, kind, text, number) for at, text in zip(places, texts, strict=True)]
         )
-    times = times + _DAY * np.concatenate([[0], np.cumsum(np.diff(times) < -_DAY / 2)])
+    day = frames_of(np.array([_DAY * base]), base)[0] * 1.001 / base if base and drop else _DAY
+    times = times + day * np.concatenate([[0], np.cumsum(np.diff(times) < -_DAY / 2)])
     wrong = np.flatnonzero(~(np.diff(times, prepend=-np.inf) > 0))
     if len(wrong):
         raise DnnvssError(
@@ -262,11 +268,12 @@ def _times(
             file=path,
             remedy=_CSV,
         )
-    return np.asarray(times), base
+    return np.asarray(times), base, drop
 
 
-def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> tuple[np.ndarray, int]:
-    """The seconds (F,) since midnight of time codes ``h:m:s:frame``, and the frames to the second."""
+def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> tuple[np.ndarray, int, bool]:
+    """The seconds (F,) since midnight of time codes ``h:m:s:frame``, the frames to the second, and whether the codes
+    are drop-frame."""
     found = [_CODE.fullmatch(text) for text in texts]
     for at, text, match in zip(places, texts, found, strict=True):
         if match is None:
@@ -276,7 +283,7 @@ def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> tuple[n
                 remedy=_CSV,
             )
     parts = np.array(
-        [[float(whole(m[1])), float(m[2]), float(m[3]), float(m[4])] for m in found if m]
+        [[float(whole(m[1])), float(m[2]), float(m[3]), float(m[5])] for m in found if m]
     )
     base = next((b for b in _BASES if b > parts[:, 3].max()), None)
     if base is None:
@@ -285,4 +292,8 @@ def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> tuple[n
             file=path,
             remedy=_CSV,
         )
-    return parts @ np.array([3600.0, 60.0, 1.0, 1 / base]), base
+    labels = parts @ np.array([3600.0 * base, 60.0 * base, base, 1.0])
+    marked = base % 30 == 0 and all(m[4] == ";" for m in found if m)
+    if marked and not left_out(labels, base).any():
+        return frames_of(labels, base) * 1.001 / base, base, True
+    return parts @ np.array([3600.0, 60.0, 1.0, 1 / base]), base, False

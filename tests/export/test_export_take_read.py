@@ -49,6 +49,39 @@ def test_frames_that_time_code_counts_to_a_whole_number_are_kept_at_the_true_rat
     assert read_take(path, made_at=clock).clock == clock and read_take(path).clock == FrameClock(round(float(rate)))
 
 
+@pytest.mark.parametrize("rate", ["29.97", "59.94"])
+@pytest.mark.parametrize("start", ["00:00:50;00", "01:08:59;27", "23:59:58;05"])
+def test_drop_frame_codes_lose_no_frame_and_begin_where_they_began(tmp_path, rate, start):
+    clock, track = FrameClock(rate), np.random.default_rng(0).random(700)
+    first = TimeCode.from_setting(start, "start")
+    path = write_take(tmp_path / "take.csv", Take({"jawOpen": track}, clock, first))
+    for read in (read_take(path), read_take(path, clock), read_take(path, made_at=clock)):
+        np.testing.assert_allclose(read.curves["JawOpen"], track, atol=1e-9)
+        assert read.clock == clock and read.start == first and str(read.start) == start
+    assert read_take(path, FrameClock(25)).start.drop is False
+
+
+def test_drop_frame_codes_by_hand(tmp_path):
+    codes = TimeCode(0, 0, 59, 28, drop=True).codes(4, FrameClock("29.97"))
+    assert codes == ["00:00:59;28", "00:00:59;29", "00:01:00;02", "00:01:00;03"]
+    assert TimeCode(0, 9, 59, 29, drop=True).codes(2, FrameClock("29.97"))[1] == "00:10:00;00"
+    assert TimeCode(0, 0, 59, 59, drop=True).codes(2, FrameClock("59.94"))[1] == "00:01:00;04"
+    hour = TimeCode(drop=True).codes(107_893, FrameClock("29.97"))
+    assert len(set(hour)) == 107_893 and hour[-1] == "01:00:00;00"  # 3600 s of the clock hold 107,892 frames
+    for rate, code, said in (("25", "01:00:00;00", "25 frames a second do not have"),
+                             ("30", "01:00:00;00", "30 frames a second do not have"),
+                             ("29.97", "01:01:00;01", "leaves out")):
+        with pytest.raises(DnnvssError, match=said):
+            TimeCode.from_setting(code, "start").base(FrameClock(rate))
+
+
+def test_semicolons_of_codes_that_leave_nothing_out_mean_nothing(tmp_path):
+    path = write_take(tmp_path / "take.csv", Take({"jawOpen": np.zeros(200)}, FrameClock(30), TimeCode(0, 0, 58)))
+    lines = [line[:8] + ";" + line[9:] if line[0] == "0" else line for line in path.read_text().splitlines()]
+    path.write_text("\n".join(lines))
+    assert read_take(path).clock == FrameClock(30) and read_take(path).start == TimeCode(0, 0, 58)
+
+
 def test_times_before_nought_are_before_midnight(tmp_path):
     (path := tmp_path / "early.csv").write_text("Time,JawOpen\n-0.5,0\n-0.4666667,0.5\n-0.4333333,1\n")
     assert read_take(path).start == TimeCode(23, 59, 59, 15)

@@ -44,7 +44,7 @@ def test_time_codes_count_frames_in_the_whole_number_nearest_to_the_rate():
     ]
     assert TimeCode(23, 59, 59, 29).codes(2, FrameClock("29.97")) == ["23:59:59:29", "00:00:00:00"]
     assert TimeCode().codes(101, FrameClock(240))[100] == "00:00:00:100"
-    assert str(TimeCode.from_setting("10:00:00;05", "x")) == "10:00:00:05"
+    assert str(TimeCode.from_setting("10:00:00;05", "x")) == "10:00:00;05"
 
 
 @pytest.mark.parametrize("text", ["", "1:2:3", "24:00:00:00", "00:60:00:00", "00:00:00:-1", 7])

@@ -22,6 +22,7 @@ from dnnvss.commands.train import train
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.report import number_of
 from dnnvss.evaluation.videos import write_side_by_side
 from dnnvss.face.mesh import packaged_head
 from dnnvss.face.mesh.gltf_read import read_gltf
@@ -100,7 +101,7 @@ def test_a_run_keeps_what_it_is_worth_on_the_validation_split(home: Path) -> Non
         curves = np.asarray(mlpg(said.mean, said.variance, run.settings.task.windows))
         found.append([np.corrcoef(targets[spoken, 0, d], curves[spoken, d])[0, 1] for d in range(5)])
     assert kept["validation"]["headline"] == pytest.approx(np.mean(found), abs=1e-4)
-    assert (f"({len(sentences)} sentences): correlation {kept['validation']['headline']:.3f}"
+    assert (f"({number_of(len(sentences), 'sentence')}): correlation {kept['validation']['headline']:.3f}"
             in (home / "runs" / "ph" / "metrics.md").read_text())
 
 
