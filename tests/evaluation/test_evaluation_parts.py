@@ -128,4 +128,4 @@ def test_inside_new_words_all_curves_count_where_a_face_has_no_points(tmp_path: 
                                       {"new": new.measured[1]})
     frames = word_frames(new.alignment, CLOCK, {"word"})
     told = [np.corrcoef(new.measured[0][frames, 0, d], said[frames, d])[0, 1] for d in range(7)]
-    assert line == [f"Inside words that never occur in training (1 sentences): correlation model {np.mean(told):.3f}"]
+    assert line == [f"Inside words that never occur in training (1 sentence): correlation model {np.mean(told):.3f}"]
