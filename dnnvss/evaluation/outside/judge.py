@@ -136,7 +136,7 @@ def score_all(seen: Sequence[Sentence], style: str) -> Judged:
         watched = Watched(_speech(tiers[k], clock, len(truth.seen)), level, clock)
         made: dict[str, Lips | None] = {
             **sentence.made, LATE: truth.at(np.arange(len(truth.seen)) - _LATE * float(clock.rate)),
-                OTHER: _stretched(seen[(k + 1) % len(seen)], sentence) if len(seen) > 1 else None}
+            OTHER: _stretched(seen[(k + 1) % len(seen)], sentence) if len(seen) > 1 else None}
         lost += [f"{sentence.utterance.id}: {row} {why}" for row, why in sentence.lost.items()]
         for row, by in found.items():
             lips = made.get(row)

@@ -23,7 +23,7 @@ ROWS = {VOICE: "The run's face at the phones' times in the recording.",
         IN_VOICE: "The same mouth drawn into the recording, whose head it shares: what the tracker measures changes "
                   "with a head that turns.",
         IN_TEXT: "The run's mouth at the run's own times, laid over the recording word by word and drawn into it.",
-        IN_STILL: "The mean of what was measured, drawn into the recording: what its head alone tells.",
+        IN_STILL: "The mean face, at rest in every frame, drawn into the recording: what its head alone tells.",
         OWN: "What was measured in the recording, drawn: what is left of it when nothing has to be predicted.",
         CEILING: "The recording blurred and compressed again: what this tracker can tell at best.",
         LATE: "The recording late: a system should beat it.",
