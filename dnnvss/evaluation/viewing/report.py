@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from dnnvss import files
+from dnnvss.evaluation.report import number_of
 from dnnvss.evaluation.viewing.analysis import Analysis
 from dnnvss.evaluation.viewing.tables import Score, Table, interval
 from dnnvss.formats.tables import markdown_numbers
@@ -44,9 +45,9 @@ def lead(result: Analysis) -> str:
     """Who answered, in a sentence."""
     refused, left = len(result.received.refused), len(result.left_out)
     more = [f"{left} left out"] if left else []
-    more += [f"{refused} file{'' if refused == 1 else 's'} refused"] if refused else []
+    more += [f"{number_of(refused, 'file')} refused"] if refused else []
     count = len(result.kept)
-    return (f"{count} viewer{'' if count == 1 else 's'}{' (' + ', '.join(more) + ')' if more else ''}; "
+    return (f"{number_of(count, 'viewer')}{' (' + ', '.join(more) + ')' if more else ''}; "
             f"{result.sheet.design['kind']} test {result.sheet.id}, seed {result.sheet.design['seed']}, "
             f"dnnvss {result.sheet.version}.")
 
