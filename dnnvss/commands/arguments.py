@@ -220,7 +220,7 @@ class _Known:
         if key in self.groups:
             return self._group(replace(override, sign=sign if sign == "~" else ""), swept)
         if not self._exists(key):
-            if sign != "~" and several_kinds(self.command.root, key) and all(key.split(".")):
+            if sign != "~" and several_kinds(self.command.root, key) and all(key.split(".")) and not self._deeper(key):
                 return replace(override, sign="++")  # the typed settings know which kind it is, and tell what that has
             raise self._unknown(key, value or "")
         wrapped = not self.command.literal and value is not None and _is_wrapped(value)
@@ -283,7 +283,13 @@ class _Known:
         """The settings of the group that a key is in, or those of the top."""
         head = key.rpartition(".")[0]
         inside = [n for n in self.names if n.startswith(f"{head}.")] if head else []
-        return inside or [n for n in self.names if "." not in n] + list(self.groups)
+        return inside or list(dict.fromkeys([*(n for n in self.names if "." not in n), *self.groups]))
+
+    def _deeper(self, key: str) -> bool:
+        """Whether a key that there is not has the last name, or nearly, of a setting further down in its group."""
+        head, _, last = key.partition(".")
+        inside = [n for n in self.names if n.startswith(f"{head}.") and n.count(".") > key.count(".")]
+        return bool(difflib.get_close_matches(last, {n.rpartition(".")[2] for n in inside}, 1, 0.8))
 
     def nearest(self, key: str) -> str | None:
         """The setting or group that was probably meant, None where none is like it."""
@@ -296,12 +302,10 @@ class _Known:
             # those of visemes come last: most labels have none
             return min(same, key=lambda n: (not n.endswith(f".{key}"), n.count("."), n.startswith("visemes."),
                                             names.index(n)))
-        near = difflib.get_close_matches(key, names, 1, 0.8)
-        if near:
-            return near[0]
-        ends = {n.rpartition(".")[2]: n for n in reversed(names)}
-        near = difflib.get_close_matches(last, ends, 1, 0.8)
-        return ends[near[0]] if near else None
+        ends = difflib.get_close_matches(last, {n.rpartition(".")[2] for n in names}, 1, 0.8)
+        alike = [n for n in names if n.rpartition(".")[2] in ends]
+        near = difflib.get_close_matches(key, alike or names, 1, 0.0 if alike else 0.8)
+        return near[0] if near else None
 
 
 def _is_wrapped(value: str) -> bool:
