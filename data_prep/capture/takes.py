@@ -62,8 +62,8 @@ def read_take(name: str, out: Path, path: Path, rate: str | None) -> dict[str, A
     Raises:
         DnnvssError: the file is damaged, its rate is not known, or it is far too long.
     """
-    bare = path.suffix.lower() == ".csv" and not is_capture_csv(path)
-    if bare and marker_columns((curves := read_curves(path)).names) is None:
+    bare, known = path.suffix.lower() == ".csv" and not is_capture_csv(path), Fraction(rate) if rate else None
+    if bare and marker_columns((curves := read_curves(path, known)).names) is None:
         points, valid, clock = _evened(curves, rate, path)
         kind, names, lost = "curves", curves.names, int((~valid).sum())
     else:

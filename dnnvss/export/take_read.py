@@ -1,7 +1,7 @@
 """Reads takes: Live Link Face's CSV, any CSV of named curves, and the JSON that we write."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +53,8 @@ def read_take(path: Path, rate: FrameClock | None = None, made_at: FrameClock | 
         made_at: what the frames were at, where that is known and no rate is wanted; it tells 29.97 from 30 likewise.
 
     Raises:
-        DnnvssError: another kind of file, a damaged one, one without times where no rate is given, or too many frames.
+        DnnvssError: another kind of file, a damaged one, one whose times tell no rate where none is given, or too many
+            frames.
     """
     match path.suffix.lower():
         case ".json":
@@ -79,8 +80,7 @@ def at_rate(take: Take, clock: FrameClock, path: Path | None = None) -> Take:
     _check_size(count, len(take.curves), path)
     at = np.array([clock.seconds(k) for k in range(count)])
     curves = {name: np.interp(at, take.seconds, track) for name, track in take.curves.items()}
-    start = take.start if has_drop_frame(clock.rate) else replace(take.start, drop=False)
-    return Take(curves, clock, start, take.head, take.about)
+    return Take(curves, clock, take.start.counted(take.clock, clock), take.head, take.about)
 
 
 def _check_size(frames: int, curves: int, path: Path | None) -> None:
@@ -112,7 +112,8 @@ def _from_json(path: Path) -> Take:
 
 
 def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -> Take:
-    held = read_curves(path)
+    known = rate or made_at
+    held = read_curves(path, known.rate if known else None)
     names = [name for name in held.names if name.lower() not in _ASIDE]
     values = held.values[:, [held.names.index(name) for name in names]]
     if not np.isfinite(values).all():
@@ -126,7 +127,6 @@ def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -
                 "has no times", file=path, remedy="Give the frame rate, or a column of times"
             )
         return Take(dict(zip(names, values.T, strict=True)), rate)
-    known = rate or made_at
     times = held.since(known.rate if known else None)
     if rate is None and len(times) > 1 and not _SLOWEST * np.median(np.diff(times)) <= 1:
         raise DnnvssError(
@@ -134,8 +134,9 @@ def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -
             file=path,
             remedy="Give the frame rate, or times in seconds",
         )
-    clock = rate or _usual(times)
-    count = max(1, round(float(times[-1]) * float(clock.rate)) + 1)
+    own = _usual(times) if len(times) > 1 else known or FrameClock(held.counted or 30)
+    clock = rate or own
+    count = max(1, clock.edge(float(times[-1]) + own.seconds(1)))
     _check_size(count, len(names), path)
     places = times * float(clock.rate)
     steps = np.diff(places)
@@ -145,7 +146,8 @@ def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -
         and np.round(steps).min(initial=1) > 0
     )
     if even and np.abs(places - whole).max() < 1:
-        places, count = whole, int(whole[-1]) + 1  # a frame stays as it is where stamps are even
+        places = whole  # a frame stays as it is where stamps are even
+        count = max(1, clock.edge(clock.seconds(int(whole[-1])) + own.seconds(1)))
     at = np.arange(count)
     curves = {
         name: np.interp(at, places, track) for name, track in zip(names, values.T, strict=True)
@@ -155,8 +157,6 @@ def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -
 
 def _usual(times: np.ndarray) -> FrameClock:
     """The rate of times: a usual one that is near, else what they are on average."""
-    if len(times) < 2:
-        return FrameClock(30)
     steps = np.diff(times)
     mean = float(np.round(steps / np.median(steps)).sum()) / float(times[-1])
     clocks = [FrameClock(rate) for rate in _RATES]

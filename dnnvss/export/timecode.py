@@ -1,7 +1,7 @@
 """Time codes: hours, minutes, seconds and frames, as cutting rooms and capture programs count."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -87,6 +87,16 @@ class TimeCode:
             f"{s // 3600 % 24:02d}:{s // 60 % 60:02d}:{s % 60:02d}{self._mark}{f:0{max(width, 2)}d}"
             for s, f in zip(seconds.tolist(), frame.tolist(), strict=True)
         ]
+
+    def counted(self, clock: FrameClock, other: FrameClock) -> "TimeCode":
+        """The same moment in a second as another rate counts it; drop-frame where that rate has it.
+
+        Args:
+            clock: whose frames this code counts.
+            other: whose frames are to be counted.
+        """
+        frame = self.frame * round(other.rate) // max(1, round(clock.rate))
+        return replace(self, frame=frame, drop=self.drop and has_drop_frame(other.rate))
 
     @property
     def _mark(self) -> str:

@@ -64,19 +64,24 @@ class Curves:
         return times if self.counted % round(rate) else times * 1.001
 
 
-def read_curves(path: str | Path) -> Curves:
+def read_curves(path: str | Path, rate: Fraction | None = None) -> Curves:
     """The curves in a CSV: Live Link Face's, known by its column ``Timecode``, or one with a name over each column.
 
     A column ``BlendShapeCount`` is left out; so are ``time`` (or timestamp, seconds; ``time_ms``, ``Time (s)``), which
     gives the time stamps, and ``frame``, by which frames without a row are told where there is no time, and columns
     without a name that hold nothing or count the rows. Numbers and separators may be those of any country
     (:func:`dnnvss.formats.rows.table_rows`). Time codes ``h:m:s:frame`` count frames in the
-    least usual rate above the largest frame number; midnight may be passed. Codes ``h:m:s;frame`` that count to 30 or
-    a multiple are drop-frame, if none is a number that those leave out.
+    least usual rate above the largest frame number; midnight may be passed. Those that pass no second count to the
+    rate, or to the whole number beside it. Codes ``h:m:s;frame`` that count to 30 or a multiple are drop-frame, if none
+    is a number that those leave out.
+
+    Args:
+        path: the file.
+        rate: frames a second, where it is known.
 
     Raises:
         DnnvssError: unreadable, a name that comes twice, no curve, a row of another length, a value that is no number,
-            or times that do not rise; names the line.
+            times that do not rise (names the line), or time codes that pass no second where the rate is not known.
     """
     path = Path(path)
     lines, number = read_table(path)
@@ -99,7 +104,7 @@ def read_curves(path: str | Path) -> Curves:
     times, base, drop = (
         (None, None, False)
         if stamp is None
-        else _times(path, places, [row[stamp] for row in rows], low[stamp], number)
+        else _times(path, places, [row[stamp] for row in rows], low[stamp], number, rate)
     )
     if times is not None and stamp is not None and _in_ms(names[stamp]):
         times = times / 1000
@@ -248,12 +253,13 @@ def _times(
     texts: Sequence[str],
     kind: str,
     number: Callable[[str], float],
+    rate: Fraction | None,
 ) -> tuple[np.ndarray, int | None, bool]:
     """The seconds (F,) of time stamps or time codes, rising, what frames to the second the codes count, and whether
     they are drop-frame."""
     base, drop = None, False
     if kind == _TIMECODE:
-        times, base, drop = _seconds(path, places, texts)
+        times, base, drop = _seconds(path, places, texts, rate)
     else:
         times = np.array(
             [cell(path, at, kind, text, number) for at, text in zip(places, texts, strict=True)]
@@ -271,7 +277,9 @@ def _times(
     return np.asarray(times), base, drop
 
 
-def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> tuple[np.ndarray, int, bool]:
+def _seconds(
+    path: Path, places: Sequence[int], texts: Sequence[str], rate: Fraction | None
+) -> tuple[np.ndarray, int, bool]:
     """The seconds (F,) since midnight of time codes ``h:m:s:frame``, the frames to the second, and whether the codes
     are drop-frame."""
     found = [_CODE.fullmatch(text) for text in texts]
@@ -285,15 +293,28 @@ def _seconds(path: Path, places: Sequence[int], texts: Sequence[str]) -> tuple[n
     parts = np.array(
         [[float(whole(m[1])), float(m[2]), float(m[3]), float(m[5])] for m in found if m]
     )
-    base = next((b for b in _BASES if b > parts[:, 3].max()), None)
-    if base is None:
-        raise DnnvssError(
-            f"has the frame {parts[:, 3].max():g} in its time code, more than {_BASES[-1]} a second",
-            file=path,
-            remedy=_CSV,
-        )
+    base = _base(path, parts, rate)
     labels = parts @ np.array([3600.0 * base, 60.0 * base, base, 1.0])
     marked = base % 30 == 0 and all(m[4] == ";" for m in found if m)
     if marked and not left_out(labels, base).any():
         return frames_of(labels, base) * 1.001 / base, base, True
     return parts @ np.array([3600.0, 60.0, 1.0, 1 / base]), base, False
+
+
+def _base(path: Path, parts: np.ndarray, rate: Fraction | None) -> int:
+    """Frames to the second that time codes count, from their hours, minutes, seconds and frames (F, 4)."""
+    most = parts[:, 3].max()
+    base = next((b for b in _BASES if b > most), None)
+    if base is None:
+        raise DnnvssError(
+            f"has the frame {most:g} in its time code, more than {_BASES[-1]} a second", file=path, remedy=_CSV
+        )
+    if (parts[:, :3] != parts[0, :3]).any():
+        return base
+    if rate is None or round(rate) <= most:
+        raise DnnvssError(
+            f"its time codes go to frame {most:g} and pass no second, which does not tell how many frames make one",
+            file=path,
+            remedy="Give the frame rate that they count",
+        )
+    return round(rate)

@@ -1,6 +1,7 @@
 """Takes read back: ours, those of the app, and what is damaged; and the command that plays them."""
 
 import json
+import math
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -184,3 +185,37 @@ def test_frames_too_far_apart_are_told(tmp_path):
     path.write_text("time,JawOpen\n0,0.1\n1e9,0.2\n")
     with pytest.raises(DnnvssError, match=r"frames lie 1e\+09 s apart"):
         read_take(path)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+@pytest.mark.parametrize("source, wanted, frames", [
+    ("30", "24", 78), ("30", "60", 196), ("60", "30", 49), ("60", "24", 39), ("24", "30", 123), ("25", "50", 196),
+])
+def test_a_take_at_another_rate_lasts_as_long_and_begins_when_it_began(tmp_path, suffix, source, wanted, frames):
+    """98 frames: as many of the other rate as fill their time, and a half second of time code stays a half second."""
+    clock, other, half = FrameClock(source), FrameClock(wanted), int(source) // 2
+    path = write_take(tmp_path / f"take.{suffix}", Take({"jawOpen": np.arange(98.0)}, clock, TimeCode(1, 2, 3, half)))
+    read = read_take(path, other)
+    assert read.frames == frames == math.floor(98 * other.rate / clock.rate + 1 / 2)
+    assert read.start == TimeCode(1, 2, 3, half * int(wanted) // int(source))
+    track = {name.lower(): values for name, values in read.curves.items()}["jawopen"]
+    np.testing.assert_allclose(track, np.minimum(np.arange(frames) * float(clock.rate / other.rate), 97), atol=1e-9)
+
+
+def test_a_first_frame_keeps_its_moment_at_another_drop_frame_rate():
+    start, film, fast = TimeCode(0, 1, 0, 2, drop=True), FrameClock("29.97"), FrameClock("59.94")
+    assert start.counted(film, fast) == TimeCode(0, 1, 0, 4, drop=True)
+    assert start.counted(film, fast).counted(fast, film) == start
+    assert start.counted(film, FrameClock(24)) == TimeCode(0, 1, 0, 1)
+
+
+def test_codes_that_pass_no_second_count_to_the_rate_that_is_given(tmp_path):
+    track = np.linspace(0, 1, 20)
+    path = write_take(tmp_path / "take.csv", Take({"jawOpen": track}, FrameClock(60), TimeCode(0, 0, 7, 5)))
+    with pytest.raises(DnnvssError, match=r"go to frame 24 and pass no second.*Give the frame rate"):
+        read_take(path)
+    with pytest.raises(DnnvssError, match="pass no second"):
+        read_take(path, FrameClock(24))
+    for read in (read_take(path, FrameClock(60)), read_take(path, made_at=FrameClock(60))):
+        np.testing.assert_allclose(read.curves["JawOpen"], track, atol=1e-9)
+        assert read.clock == FrameClock(60) and read.start == TimeCode(0, 0, 7, 5)

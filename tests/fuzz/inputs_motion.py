@@ -55,7 +55,7 @@ def _tracked(folder: Path) -> dict[str, Reader]:
     names = [f"{name}_{axis}" for name in own.names for axis in "xyz"]
     flat = Curves(tuple(names), own.points.reshape(len(own.points), -1), np.arange(len(own.points)) / 120)
     live = "Timecode,BlendShapeCount,JawOpen,MouthClose\n" + "".join(
-        f"12:00:01:{k:02d}.250,2,0.{k}5,0.1\n" for k in range(9))
+        f"12:00:{k // 5:02d}:{5 * (k % 5):02d}.250,2,0.{k}5,0.1\n" for k in range(9))
     made: dict[str, Reader] = {
         "trc": (write_trc(folder / "take.trc", own), read_markers),
         "markers csv": (write_curves(folder / "take.csv", flat), read_markers),
