@@ -13,6 +13,8 @@ def in_order(text: str, form: str) -> str:
         text: numbers with signs between them, or as many digits as the format has letters.
         form: the order, as ``dmy``, ``my``, ``y`` or ``yyyymmdd``.
     """
+    if re.fullmatch(r"\s*\?{4}\d{4}\s*", text):
+        text, form = text.strip().strip("?"), "mmdd"  # a day of any year
     runs = [run[0] for run in re.finditer(r"(y+|m+|d+)", form)]
     parts = re.findall(r"\d+", text)
     if len(parts) == 1 and len(runs) > 1 and len(parts[0]) == len(form):

@@ -37,7 +37,8 @@ _DRAWN = re.compile(r"(.)\1{2,}")
 
 _LONG = 12  # letters from which two words in a row are hardly chance
 
-_LIGATURES = str.maketrans({"æ": "ae", "œ": "oe", "ø": "o", "ß": "ss", "ł": "l", "đ": "d", "ð": "th", "þ": "th"})
+_LIGATURES = str.maketrans({"æ": "ae", "œ": "oe", "ø": "o", "ß": "ss", "ł": "l", "đ": "d", "ð": "th", "þ": "th",
+                            "\u0131": "i", "ħ": "h", "ŧ": "t", "ŋ": "ng", "ĸ": "k"})
 
 _SUFFIXES: tuple[tuple[str, Phones], ...] = (
     ("ly", ("L", "IY")), ("ness", ("N", "AH", "S")), ("less", ("L", "AH", "S")), ("ful", ("F", "AH", "L")),

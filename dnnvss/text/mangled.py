@@ -16,14 +16,19 @@ _TWICE = re.compile(rf"(?<![A-ZÀ-Þ])[ÂÃÄÅ]{_CLASS}|â[€‚„\x80\x82\x8
 """Letters of Latin alphabets, and signs of print, in UTF-8 that was read as cp1252 or Latin-1: ``â€™``, ``Ã©``."""
 _QUOTE = re.compile(r"â€\x9d?")
 """A closing quote: Windows has no sign for its last byte."""
+_LINE = re.compile(r"(?:\\r)?\\n|\\[rt]")
+"""Ends of lines and tabs as programs write them; in the path of a file they are the start of a name."""
+_PATH = re.compile(r"(?:\b[A-Za-z]:|\\)\\")
 _ESCAPED = re.compile(r"\\(?:(['\"])|u([0-9a-fA-F]{4}))")
 
 
 def mended(text: str) -> str:
     """Return a text in which what was UTF-8 read as cp1252 (``itâ€™s``) and what a program escaped (``it\\'s``,
-    ``\\u2019``) are the signs that were meant.
+    ``\\u2019``, ``\\n``) are the signs that were meant.
     """
     if "\\" in text:
+        if not _PATH.search(text):
+            text = _LINE.sub(lambda m: " " if m[0] == "\\t" else "\n", text)
         text = _ESCAPED.sub(lambda m: m[1] or chr(int(m[2], 16)), text)
     if text.isascii():
         return text

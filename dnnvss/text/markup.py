@@ -28,7 +28,7 @@ _COUNTED = word_set("cardinal number")
 _READ = _COUNTED | word_set("date time currency fraction unit address name measure text")
 _UNHEARD = {"voice": "another voice", "lang": "another language"}
 _ILL_WRITTEN = re.compile(rf"</?(?:{'|'.join(sorted(_SILENT - {'a', 'b', 'i', 'u', 'w'}))}|break|sub|phoneme)\b"
-                          r"|<\s*/?\s*(?:speak|break|prosody|emphasis|say-as|phoneme|sub)\b[^<>]*>"
+                          r"|<\s*/?\s*(?:speak|break|pause|silence|prosody|emphasis|say-as|phoneme|sub)\b[^<>]*>"
                           r"|<[a-z][\w:-]*\s+[\w:-]+\s*=[^<>]*>|<v[ .][^<>]*>|<\d\d:\d\d[^<>]*>", re.IGNORECASE)
 """What was meant for a tag."""
 KNOWN = "break, emphasis, p, s, phoneme, prosody (rate), say-as, speak and sub"
@@ -208,6 +208,8 @@ def _changed(reading: Reading, name: str, values: dict[str, str]) -> Reading:
     """A reading within an element."""
     if name in ("em", "strong") or (name == "emphasis" and values.get("level", "moderate") in ("moderate", "strong")):
         return replace(reading, emphasis=True)
+    if name == "w" and values.get("role"):
+        return replace(reading, doubt="<w>: role is not heeded")
     if name in _UNHEARD:
         return replace(reading, doubt=f"<{name}>: {_UNHEARD[name]} is not taken")
     if name == "prosody":
@@ -216,6 +218,8 @@ def _changed(reading: Reading, name: str, values: dict[str, str]) -> Reading:
         return replace(reading, rate=rate, doubt=f"prosody {others[0]} is not heeded" if others else reading.doubt)
     if name == "say-as":
         kind = values.get("interpret-as", "").lower()
+        if kind.removeprefix("vxml:") in _COUNTED and values.get("format"):
+            kind = values["format"].lower()  # <say-as interpret-as="number" format="ordinal">
         if kind.removeprefix("vxml:") in _SPELT:
             return replace(reading, spelt=True)
         if kind == "ordinal":

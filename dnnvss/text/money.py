@@ -5,7 +5,8 @@ import re
 from dnnvss.text import numbers
 from dnnvss.text.amounts import MINUS, NUMBER, PER, TO, Rule, Said, each, per, rule_of
 
-_SIGN = "|".join(re.escape(sign) for sign in sorted(numbers.CURRENCIES, key=len, reverse=True))
+_SIGN = "|".join(re.escape(sign) + r"(?![A-Za-z])" * sign[-1].isalpha()
+                 for sign in sorted(numbers.CURRENCIES, key=len, reverse=True))
 _WORDS = r"thousand|million|billion|trillion|crore|lakh"
 _SHORT = r"\s?(?:bn|mn|tn)|\s?m(?![\w-])|mm|[kmbt]"
 _AMOUNT = rf"(?:\d+,\d\d(?![\d,])|{NUMBER})"

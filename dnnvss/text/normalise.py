@@ -18,7 +18,9 @@ from dnnvss.text.wording import Place
 
 _SPACE = re.compile(r"(?:\s|\u200b)+")
 _PHONES = re.compile(r"\{([^{}]*)\}")
-_PAUSE = re.compile(r"\[pause(?:\s+(?P<n>\d+(?:\.\d+)?)\s*(?P<unit>ms|s))?\]", re.IGNORECASE)
+_PAUSE = re.compile(r"\[pause(?:\s+(?P<n>\d+(?:\.\d+)?)\s*(?P<unit>ms|s))?\]"
+                    r"|\[\[\s*slnc\s+(?P<ms>\d+)\s*\]\]", re.IGNORECASE)
+"""A pause as it is written here, or as macOS has it."""
 _EMPHASIS = re.compile(r"(?<![\w*])(\*{1,3})(?=[^\s*])([^*\n]*[^\s*])\1(?!\w)"
                        r"|(?<!\w)(_{1,2})(?=[^\s_])([^_\n]*[^\s_])\3(?!\w)")
 _ELIDED = re.compile(r"['\u2019](?:\d\ds|em|til|cause|tis|twas|bout|round|n['\u2019]?)(?!\w)", re.IGNORECASE)
@@ -148,7 +150,7 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
             if not lenient:
                 raise
     elif match := _PAUSE.match(text, at):
-        number, unit = match["n"], match["unit"]
+        number, unit = match["n"] or match["ms"], match["unit"] or "ms"
         _break(found, "major", float(number) / (1000 if unit == "ms" else 1) if number else None)
     elif _quiet_sign(text, at) and (match := _SILENT.match(text, at)):
         pass

@@ -33,6 +33,9 @@ _DOLLARS = {"US": "U S", "AU": "australian", "A": "australian", "CA": "canadian"
 CURRENCIES |= {f"{short}$": (f"{name} dollar", f"{name} dollars", "cent", "cents") for short, name in _DOLLARS.items()}
 CURRENCIES |= {"R$": ("real", "reais", "centavo", "centavos"),
                "MX$": ("mexican peso", "mexican pesos", "centavo", "centavos")}
+_CODES = {"USD": "US$", "EUR": "€", "GBP": "£", "JPY": "¥", "INR": "₹", "CAD": "C$", "AUD": "A$"}
+CURRENCIES |= {code: CURRENCIES[sign] for code, sign in _CODES.items()}
+CURRENCIES["CHF"] = ("swiss franc", "swiss francs", "", "")
 SCALE_SUFFIXES = {"k": "thousand", "m": "million", "mn": "million", "bn": "billion", "b": "billion", "tn": "trillion",
                   "t": "trillion", "mm": "million"}
 
@@ -139,7 +142,7 @@ def money(sign: str, amount: str, scale: str = "", british: bool = False) -> lis
     small = cardinal(int(part))
     if not int(whole or 0):
         return [*small, cent if small == ["one"] else cents]
-    if sign == "£":
+    if one == "pound":
         return words + small
     return [*words, "and", *small, cent if small == ["one"] else cents]
 

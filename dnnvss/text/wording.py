@@ -13,13 +13,16 @@ from dnnvss.text.tokens import Token, table, word_set
 LONGEST = 60
 """Letters of the longest word that is read."""
 
-_SPELT = word_set("us it am id ai la ad ac dc pe led who sat ip os uk eu un tv pc hr pr ny "
+_SPELT = word_set("us it am ai la ad ac dc pe led who sat ip os uk eu un tv pc hr pr ny "
                   "coo sec ev er im ib ups avi ide po")
 _NAMED = word_set("aws gpu nyc usb hdmi dvd cpu usa uae sql url faq rsvp diy eta iq vip atm abc "
-                  "gdp gps ucla aclu ngo raf uri fyi ct")
+                  "gdp gps ucla aclu ngo raf uri fyi ct id")
 """Acronyms that are spelt however they are written."""
 _CLEAR = _NAMED | word_set("ai tv pc uk eu os ip hr ny dc ev po")
 """Acronyms that are spelt in a text of capitals too."""
+_NO_NOUN = word_set("us it am er un sat led")
+"""Words that stand behind no article: there they are acronyms in a text of capitals too (*THE US*)."""
+_ARTICLES = word_set("the a an our your my")
 _SOUNDS = word_set("tsk nth pst hm mm sh hmm psst pfft brr grr")
 _SHORT = 6  # letters of a word that may be an acronym in lower case
 _STARTERS = word_set(
@@ -350,6 +353,8 @@ def _word(text: str, place: Place) -> list[str] | None:
         return [base + ending] if _is_said(base) else [*_letters(base[:-1]), base[-1] + "'s"]
     if text.isupper() and "'" not in text and (not place.shouting or bare in _CLEAR or not _has(bare)):
         return _acronym(bare)
+    if text.isupper() and bare in _NO_NOUN and place.before.lower() in _ARTICLES:
+        return _letters(bare)
     if bare in _NAMED or (text.islower() and len(bare) < _SHORT and not _has(bare) and _is_spelt(bare)):
         return _letters(bare)
     if cut := re.fullmatch(r"([a-z]+)([A-Z]{2,})", text):  # iOS, mRNA

@@ -24,3 +24,8 @@ def test_escapes_and_the_quote_without_a_sign_are_mended() -> None:
     for quoted in ("\u00e2\u20ac\u0153so\u00e2\u20ac\x9d", "\u00e2\u20ac\u0153so\u00e2\u20ac"):
         assert mended(quoted) == "\u201cso\u201d"
     assert [w.spoken for w in parse("it\u00e2\u20ac\u2122s caf\u00c3\u00a9").words] == ["it's", "cafe"]
+
+
+def test_ends_of_lines_that_were_escaped_are_ends_of_lines() -> None:
+    assert mended(r"Hello.\nHow\tare you?\r\nI am") == "Hello.\nHow are you?\nI am"
+    assert mended(r"\\server\new") == r"\\server\new"

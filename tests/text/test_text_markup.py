@@ -32,6 +32,8 @@ def spoken(text: str) -> str:
     ('<say-as interpret-as="date" format="y">1999</say-as>', "nineteen ninety nine"),
     ('<say-as interpret-as="date" format="dmy">4 March 2020</say-as>', "the fourth of march twenty twenty"),
     ('<say-as interpret-as="cardinal">2024</say-as> 2024', "two thousand twenty four twenty twenty four"),
+    ('<say-as interpret-as="date">????0922</say-as>', "september twenty second"),
+    ('<say-as interpret-as="number" format="ordinal">12</say-as>', "twelfth"),
     ("on 2020/3/4", "on march fourth twenty twenty"),
     ("Tom &amp; Jerry said it&#39;s fun &#x2014; caf&eacute;", "tom and jerry said it's fun cafe"),
     ("5 &lt; 6 and AT&T; R&D", "five less than six and a t and t r and d"),
@@ -52,6 +54,10 @@ def test_tags_and_entities_are_understood(text: str, words: str) -> None:
 def test_breaks_in_both_quotes_pause(tag: str, seconds: float | None) -> None:
     first = parse(f"<speak>Hello {tag} world</speak>").words[0]
     assert first.pause == seconds and (first.break_after == "none") == ("none" in tag)
+
+
+def test_a_pause_of_macos_pauses() -> None:
+    assert parse("one [[slnc 500]] two").words[0].pause == 0.5
 
 
 def test_paragraphs_and_sentences_end() -> None:
@@ -97,6 +103,7 @@ def test_emphasis_nests_and_ends() -> None:
     ('<mstts:express-as style="cheerful">Great</mstts:express-as>', "<mstts:express-as>"),
     ("<audio src='a.mp3'/> hi", "<audio>"), ("<say-as interpret-as='expletive'>x</say-as>", "'expletive'"),
     ("<break time='soon'/> hi", "'soon'"), ("<break time=2s> hi", "<break time=2s>"),
+    ("<pause 500> hi", "<pause 500>"),
     ("<sub alias='x'>y", "not closed"), ("&nosuch; hi", "&nosuch;"), ("< speak >hi</ speak >", "< speak >"),
     ("<a href=x>link</a>", "<a href=x>"), ("<v Bob>Hi there", "<v Bob>"), ("<00:00:01.000>hi", "<00:00:01.000>"),
     ("<prosody rate='warp'>x</prosody>", "'warp'"), ("<break strength='odd'/> x", "'odd'")])
@@ -108,10 +115,12 @@ def test_what_is_not_understood_is_named(text: str, said: str) -> None:
 
 def test_what_changes_nothing_is_told_of_its_words() -> None:
     assert "prosody pitch" in parse("<prosody pitch='high'>up</prosody>").words[0].doubt
+    assert "role" in parse("<w role='amazon:VBD'>said</w> it").words[0].doubt
     assert "another voice" in parse("<voice name='x'>up</voice>").words[0].doubt
 
 
 @pytest.mark.parametrize("text, words", [
+    ("my id, your ID card", "my i d your i d card"),
     ("GPU vs CPU", "g p u vs c p u"), ("The GPU and the CPU", "the g p u and the c p u"),
     ("USB to HDMI", "u s b to h d m i"),
     ("AWS EC2", "a w s e c two"), ("the gpu, the hdmi, the nyc", "the g p u the h d m i the n y c"),

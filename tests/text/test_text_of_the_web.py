@@ -98,6 +98,8 @@ def test_a_measure_of_one_thing_is_in_the_singular() -> None:
 
 def test_money_of_many_lands() -> None:
     same([
+        ("50 EUR, GBP 3.50", "fifty euros, three pounds fifty"),
+        ("5 CADETS, USD 5, CHF 20", "five cadets, five U S dollars, twenty swiss francs"),
         ("US$500 and A$1.2m", "five hundred U S dollars and one point two million australian dollars"),
         ("₩1000, ₽100, ฿5", "one thousand won, one hundred rubles, five baht"),
         ("Rs. 500", "five hundred rupees"),
@@ -217,6 +219,29 @@ def test_text_in_capitals() -> None:
         ("WE HAVE 5 KG AND 10 KM", "we have five kilograms and ten kilometers"),
         ("SEE WWW.BBC.CO.UK OR HTTP://X.COM", "see W W W dot bbc dot co dot U K or X dot com"),
         ("PART A OR A PART, AN A", "part A or a part, an A"),
+        ("ID CARD OF THE US ARMY", "I D card of the U S army"),
+        ("GIVE US THE LED, THIS LED TO IT", "give us the L E D, this led to it"),
+    ])
+
+
+def test_numbers_as_the_continent_of_europe_writes_them() -> None:
+    euros = "one thousand two hundred thirty four euros and fifty six cents"
+    same([
+        ("€1.234,56 or 1.234,56 € or 1 234,56 €", f"{euros} or {euros} or {euros}"),
+        ("1.000.000 and € 2.000", "one million and two thousand euros"),
+        ("1,5 km, 5,5% of 1,2 million", "one point five kilometers, five point five percent of one point two million"),
+        ("4,5 and 1,234 kg", "four, five and one thousand two hundred thirty four kilograms"),
+        ("192.168.100.200", "one hundred ninety two dot one hundred sixty eight dot one hundred dot two hundred"),
+    ])
+
+
+def test_signs_that_keyboards_lack_and_digits_of_other_scripts() -> None:
+    same([
+        ("x <= y, a != b", "X less than or equal to Y, a is not equal to B"),
+        ("a -> b <3", "a to B less than three"),
+        ("\u0663 of \u0967\u0968", "three of twelve"),
+        ("K\u0131l\u0131\u00e7 an \u0130d", "kilic an I D"),
+        ("one\u061c \u180etwo", "one two"),
     ])
 
 
