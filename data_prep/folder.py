@@ -1,8 +1,9 @@
 """Any folder of recordings: a video or a sound, its words and its landmarks for each sentence."""
 
+import re
 import shlex
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
@@ -160,9 +161,10 @@ def _cut_or_guessed(raw: Shelf, name: str, video: Path, variant: str, find: bool
         cues = read_timed_text(script[0])
         text = " ".join(cue.text for cue in cues)
         words = tuple(Script(cues, variant).words)
+        lost = list(dict.fromkeys(unspeakable(text, variant)))
         marks = () if find else _landmarks(raw, name)
         return Source(name, text, words, video, marks, script=script[0], long=script[1],
-                      notes=_told(script[0], video))
+                      notes=_told(script[0], video) + unspoken(lost))
     if transcribe and raw.get(name, ".txt", ".lab") is None:
         return Source(name, video=video, landmarks=() if find else _landmarks(raw, name), guessed=True,
                       sound=raw.get(name, *SOUNDS))
@@ -173,17 +175,28 @@ def words_of(text: str, variant: str, transcript: Path, name: str) -> tuple[str,
     """The words that are said for the text of a transcript.
 
     Raises:
-        DnnvssError: there is none, or one in letters of which no word of English is made: it would be passed over.
+        DnnvssError: there is none, one in letters of which no word of English is made, or one that lost a letter: it
+            would be passed over.
     """
-    said = {w for token in tokens(text, variant, lenient=True) for w in WORD.findall(token.written)}  # kilohms, by 20
-    if foreign := next((w for w in WORD.findall(text) if foreign_letter(w) and w not in said
-                        and not spoken_words(w, variant)), ""):
+    if foreign := next(unspeakable(text, variant), ""):
         raise DnnvssError(f"cannot speak {foreign[:40]!r}", file=transcript, utterance=name,
                           remedy="Write it in English words as it is said")
     words = tuple(word for word, _ in spoken_words(text, variant))
     if not words:
         raise DnnvssError("the transcript holds no word", file=transcript, utterance=name, remedy=_WORDS)
     return words
+
+
+_LOST = re.compile(r"[^\s\ufffd]*\ufffd\S*")
+"""A word with a sign that could not be decoded where it was once read."""
+
+
+def unspeakable(text: str, variant: str) -> Iterator[str]:
+    """The words of a text that lost a letter, or in letters of which no word of English is made."""
+    yield from (match[0] for match in _LOST.finditer(text))
+    said = {w for token in tokens(text, variant, lenient=True) for w in WORD.findall(token.written)}  # kilohms, by 20
+    yield from (w for w in WORD.findall(text)
+                if foreign_letter(w) and w not in said and not spoken_words(w, variant))
 
 
 def written(raw: Shelf, name: str) -> tuple[Path, Path | None]:
@@ -237,6 +250,13 @@ def _beside(raw: Shelf, name: str) -> str:
 def unsaid(left: str) -> tuple[str, ...]:
     """What the report says of the part of a transcript that nobody says."""
     return (f"nobody says {left!r} of its transcript, and it was left out",) if left else ()
+
+
+def unspoken(lost: Sequence[str]) -> tuple[str, ...]:
+    """What the report says of the words of a long text that cannot be spoken."""
+    shown = ", ".join(map(repr, lost[:3])) + (", ..." if len(lost) > 3 else "")
+    return (f"{len(lost)} words of its text cannot be spoken, and where they are said is not learnt from: "
+            f"{shown}",) if lost else ()
 
 
 def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:

@@ -23,9 +23,9 @@ from dnnvss.formats.openface import Landmarks, read_openface, write_openface
 from dnnvss.formats.stamps import check_times, common_rate, stamped
 from dnnvss.formats.subtitles import write_srt
 from dnnvss.formats.textgrid import read_textgrid, write_textgrid
-from dnnvss.formats.timed_text import SUBTITLES, TIMED, is_words_csv, read_timed_text
+from dnnvss.formats.timed_text import SUBTITLES, TIMED, read_timed_text
 from dnnvss.formats.tracked import Markers
-from dnnvss.formats.words import read_words_csv, write_words_csv
+from dnnvss.formats.words import is_words_csv, read_words_csv, write_words_csv
 
 __all__ = [
     "LAYOUT_68",

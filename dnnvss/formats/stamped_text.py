@@ -5,12 +5,14 @@ from itertools import pairwise
 
 from dnnvss.formats.cues import Cue
 
-_TIME = r"(?:(\d{1,2}):)?(\d{1,3}):([0-5]\d)(?:[.,](\d{1,3}))?"
+_TIME = r"(?:(\d{1,2}):)?(\d{1,3}):([0-5]\d)(?:[.,](\d{1,3})|[:;]\d\d(?!\d))?"
 _LINE = re.compile(rf"\s*[\[(]?{_TIME}(?:\s*(?:-{{1,2}}>|[-\u2013\u2014])\s*{_TIME})?[\])]?"
                    r"(?:\s*[-:\u2013]?\s+(\S.*)|\s*[-:\u2013])?\s*")
 _SPEAKER = re.compile(r"\s*[A-Z][^\n\d:]{0,30}\d{0,2}(?:\s{2,}|\s+(?=[\[(]))(?=[\[(]?\d)")
 """Who speaks, before a time of his own (``Speaker 1  0:12``, ``Ann Lee (0:12)``)."""
 _SPAN = re.compile(r"^\s*\[[^\]]*\d:\d\d[^\]]*\]")
+_START = re.compile(r"\s*[\[(]?0{1,2}:\d\d")
+"""A time that nobody says: in the first minute or hour of a recording."""
 _LAST = 5.0
 """Seconds that what is said behind the last time is taken to last."""
 
@@ -33,7 +35,8 @@ def stamped_cues(text: str) -> tuple[Cue, ...]:
         else:
             return ()
     starts = [start for start, _, _ in found]
-    if not (len(found) > 1 or _SPAN.match(text)) or any(b < a for a, b in pairwise(starts)):
+    first = _SPEAKER.sub("", lines[0], count=1) if lines else ""
+    if not (len(found) > 1 or _SPAN.match(text) or _START.match(first)) or any(b < a for a, b in pairwise(starts)):
         return ()
     behind = [*starts[1:], starts[-1] + _LAST]
     return tuple(Cue(start, max(start, following if end is None else end), " ".join(words))

@@ -3,18 +3,17 @@
 from dataclasses import replace
 from pathlib import Path
 
-from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.alignments import read_alignment
 from dnnvss.formats.cues import Cue
 from dnnvss.formats.labels import word_of
 from dnnvss.formats.pace import check_cues
 from dnnvss.formats.recognised import read_recognised, read_whisper_table
-from dnnvss.formats.rows import table_rows
 from dnnvss.formats.stamped_text import stamped_cues
 from dnnvss.formats.subtitles import read_subtitles
+from dnnvss.formats.transcripts import plain_text
 from dnnvss.formats.unsaid import spoken_lines, without_names, without_remarks
-from dnnvss.formats.words import columns_of, read_words_csv
+from dnnvss.formats.words import head_of, read_words_csv
 from dnnvss.timing import Tier
 
 SUBTITLES = (".srt", ".vtt")
@@ -47,37 +46,15 @@ def read_timed_text(path: str | Path) -> tuple[Cue, ...]:
                 raise DnnvssError("holds no tier of words", file=path, remedy="Name the tier of words words")
             return _words(grid["words"], path)
         case ".txt" | ".lab":
-            text = files.read_text(path, "Write the words of the recording there")
+            text = plain_text(path)
             return _stamped(text) or tuple(Cue(None, None, line) for line in spoken_lines(text, path.stem))
     raise DnnvssError(f"text of the kind {path.suffix!r} is not understood", file=path,
                       remedy="Use .srt, .vtt, .txt, .json, .csv or .tsv (start,end,word), .ctm or .TextGrid")
 
 
-def is_words_csv(path: Path) -> bool:
-    """Whether a table is one of words and not of landmarks, by its first line."""
-    rows, _ = table_rows(_head(path))
-    return bool(rows) and columns_of(rows[0][1]) is not None
-
-
 def _is_whispers(path: Path) -> bool:
     """Whether a table is as Whisper writes it, by its first line."""
-    return _head(path).partition("\n")[0].strip().lower().split("\t") == ["start", "end", "text"]
-
-
-def _head(path: Path) -> str:
-    """The first lines of a file."""
-    head = files.read(path, _begins, "Give a table of words: the line start,end,word and a line a word")
-    lines = head.decode(files.text_encoding(head), "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
-    return lines.rpartition("\n")[0] or lines
-
-
-def _begins(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(_FIRST)
-
-
-_FIRST = 4096
-"""Bytes in which the first line of a table of words ends."""
+    return head_of(path).partition("\n")[0].strip().lower().split("\t") == ["start", "end", "text"]
 
 
 def _words(tier: Tier, path: Path) -> tuple[Cue, ...]:

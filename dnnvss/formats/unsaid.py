@@ -15,7 +15,8 @@ _AGAIN = 2
 _SOUNDS = (r"laugh(?:s|ter|ing)?|chuckl(?:es|ing)|sigh(?:s|ing)?|cough(?:s|ing)?|clears throat|sniffs?|gasps?|"
            r"breath(?:s|es|ing)?|unintelligible|indistinct|cross-?talk|music(?: playing)?|applause|beep|silence|"
            r"(?:background )?noise|inaudible|pause")
-_REMARK = re.compile(rf"\[[^\[\]\n]*\]:?|\((?i:{_SOUNDS})\)|\*(?i:{_SOUNDS})\*|^\s*\([^()\n]*\)\s*$", re.MULTILINE)
+_REMARK = re.compile(r"<\|[^<>|]{0,40}\|>|"
+                     rf"\[[^\[\]\n]*\]:?|\((?i:{_SOUNDS})\)|\*(?i:{_SOUNDS})\*|^\s*\([^()\n]*\)\s*$", re.MULTILINE)
 _SOUND = re.compile(r"\[[^\[\]]*\]:?|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)"
                     r"|^\s*#[^#\n]*#\s*$", re.MULTILINE)
 """What captions have beside that: remarks over several lines or before what is said, and songs between notes."""
@@ -46,7 +47,8 @@ def without_names(lines: Sequence[str]) -> list[str]:
 
 
 def without_remarks(text: str) -> str:
-    """A text without what is heard beside speech (``[laughter]``, ``(sighs)``), a hesitation as it sounds."""
+    """A text without what is heard beside speech (``[laughter]``, ``(sighs)``) and what Whisper marks (``<|en|>``), a
+    hesitation as it sounds."""
     return _HESITATION.sub("uh", _REMARK.sub(" ", _CREDIT.sub("", text)))
 
 

@@ -50,6 +50,28 @@ class Columns(NamedTuple):
     headed: bool = True
 
 
+def is_words_csv(path: Path) -> bool:
+    """Whether a table is one of words and not of landmarks, by its first line."""
+    rows, _ = table_rows(head_of(path))
+    return bool(rows) and columns_of(rows[0][1]) is not None
+
+
+def head_of(path: Path) -> str:
+    """The first lines of a file."""
+    head = files.read(path, _begins, "Give a table of words: the line start,end,word and a line a word")
+    lines = head.decode(files.text_encoding(head), "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    return lines.rpartition("\n")[0] or lines
+
+
+def _begins(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(_FIRST)
+
+
+_FIRST = 4096
+"""Bytes in which the first line of a table of words ends."""
+
+
 def columns_of(row: Sequence[str]) -> Columns | None:
     """The columns of a table of times by its first line, None for a table of other things.
 

@@ -10,7 +10,7 @@ import pytest
 from films import talker_folder
 
 from data_prep.align import contrast, given
-from data_prep.folder import prepare_folder, words_of, written
+from data_prep.folder import prepare_folder, unspeakable, unspoken, words_of, written
 from data_prep.shelf import Shelf
 from data_prep.splits import given_splits, read_splits, resolved
 from data_prep.upright import askew
@@ -297,6 +297,10 @@ def test_a_word_in_other_letters_is_not_passed_over() -> None:
     """The words around it would be laid over its sound."""
     assert words_of("Beta \u03b1, na\u00efve \U0001f642!", "en_us", Path("a.txt"), "a") == ("beta", "alpha", "naive")
     assert words_of("20 k\u03a9 on it", "en_us", Path("a.txt"), "a") == ("twenty", "kiloohms", "on", "it")
-    for text, word in (("hello \u043c\u0438\u0440 friend", "\u043c\u0438\u0440"), ("\u65e5\u672c", "\u65e5\u672c")):
+    for text, word in (("hello \u043c\u0438\u0440 friend", "\u043c\u0438\u0440"), ("\u65e5\u672c", "\u65e5\u672c"),
+                       ("it\ufffds fine", "it\ufffds")):
         with pytest.raises(DnnvssError, match=f"cannot speak '{word}'. Write it in English words"):
             words_of(text, "en_us", Path("a.txt"), "a")
+    assert not list(unspeakable("Beta \u03b1 it's", "en_us"))
+    assert unspoken(list(unspeakable("hello \u043c\u0438\u0440 friend", "en_us"))) == (
+        "1 words of its text cannot be spoken, and where they are said is not learnt from: '\u043c\u0438\u0440'",)

@@ -124,10 +124,24 @@ def test_a_text_that_tells_the_time_is_a_text(tmp_path: Path, text: str) -> None
 @pytest.mark.parametrize("text, said", [
     (SRT, "Rename it a.srt"), (VTT, "is WebVTT"), ('{"text": "hi"}', "is JSON"), ("{\\rtf1 hi}", "is RTF"),
     ("<!DOCTYPE html><p>hi", "is HTML"), ("start,end,word\n0,1,hi\n", "holds times"),
+    ('{"text": "hi"}\n{"text": "you"}\n', "is JSON"), ("<tt xmlns='x'><body>hi", "is XML"),
+    ('File type = "ooTextFile"\nObject class = "TextGrid"\n', "Rename it a.TextGrid"), ("#!MLF!#\nhi\n.\n", "a.mlf"),
+    ("[Script Info]\nTitle: x\nDialogue: 0,0:00:00.45,0:00:01.73,Default,,0,0,0,,hi", "is SubStation Alpha"),
+    ("0:00:00.457,0:00:01.739\nhi there\n", "is captions of YouTube"), ("*CHI:\thi there .\n", "is CHAT"),
+    ("words\t\t00:00:00.457\t00:00:01.739\t00:00:01.282\thi there\n", "table of times"),
+    ("a 1 0.45 0.1 hi\na 1 0.55 0.1 you\n", "table of times"), ("a 1 spk 0.45 1.7 <o,f0> hi you\n", "table of times"),
+    ("Speaker 1  0:00\nhi there\n", "holds times"), ("0:00\nhi there\n", "holds times"),
+    ("00:00:01:12 hi there\n", "holds times"),
     ("PK\x03\x04", "control character"), ("0.1 0.2 hi\n0.2 0.3 you\n", "holds times")])
 def test_files_that_only_bear_the_name_of_a_text_are_named(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(DnnvssError, match=said):
         check_transcript(written(tmp_path, "a.txt", text))
+
+
+@pytest.mark.parametrize("text", [SRT, "{\\rtf1 hi}", "*CHI:\thi there .\n"])
+def test_a_long_text_is_not_something_else_either(tmp_path: Path, text: str) -> None:
+    with pytest.raises(DnnvssError, match="no plain text"):
+        read_timed_text(written(tmp_path, "a.txt", text))
 
 
 @pytest.mark.parametrize("line, said", [

@@ -29,6 +29,7 @@ def captions(*texts: str) -> str:
     ("Speaker 1: hello\nthere", "a", "hello there"), ("SPEAKER_00: hello", "a", "hello"), ("ANN: hello", "a", "hello"),
     ("Ann: hello\nBob: there", "a", "hello there"), ("Remember: never do that", "a", "Remember: never do that"),
     (">> Hello. >> Hi.", "a", "Hello. Hi."), ("[laughs] I see (laughs)", "a", "I see"), ("(he left)\nYes", "a", "Yes"),
+    ("<|en|><|0.00|> Hi there<|1.74|>", "a", "Hi there"),
     ("%HESITATION yes", "a", "uh yes"), ("we met (in Paris)", "a", "we met (in Paris)"),
 ])
 def test_of_a_transcript_only_what_is_said_is_its_text(text: str, name: str, said: str) -> None:
