@@ -23,8 +23,8 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--landmarker", type=Path, help="your copy of face_landmarker.task; that of make extras unless "
                                                         "given")
     options = parser.read(arguments)
+    from dnnvss.evaluation.cells import number_of
     from dnnvss.evaluation.outside import judge
-    from dnnvss.evaluation.report import number_of
     from dnnvss.face.landmarker import Landmarker, find_task
     from dnnvss.runs.run import Run
 

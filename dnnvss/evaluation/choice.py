@@ -15,7 +15,8 @@ from dnnvss.corpus import Corpus
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.bench import leading
-from dnnvss.evaluation.report import evaluate, number
+from dnnvss.evaluation.cells import number
+from dnnvss.evaluation.report import evaluate
 from dnnvss.face.base import Face, moving
 from dnnvss.formats.tables import aligned
 from dnnvss.phones.contexts import spoken_seconds

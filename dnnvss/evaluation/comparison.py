@@ -11,8 +11,8 @@ import numpy as np
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.anchors import anchors
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
+from dnnvss.evaluation.cells import interval, number, number_of, p_value
 from dnnvss.evaluation.measures import MEASURES, frame_errors
-from dnnvss.evaluation.report import interval, number, number_of
 from dnnvss.evaluation.statistics import (
     FEWEST,
     Difference,
@@ -21,7 +21,6 @@ from dnnvss.evaluation.statistics import (
     enough,
     estimate,
     holm,
-    p_value,
     pooled,
 )
 from dnnvss.face.base import APERTURE

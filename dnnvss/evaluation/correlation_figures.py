@@ -7,9 +7,10 @@ import numpy as np
 from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.cells import interval
 from dnnvss.evaluation.correlations import FIRST, Correlated, Study, correlate
 from dnnvss.evaluation.face_figures import find_face
-from dnnvss.evaluation.report import number
+from dnnvss.evaluation.statistics import Estimate
 from dnnvss.face.encoding import EncodedCorpus, find_encoding
 from dnnvss.formats.tables import markdown_numbers
 from dnnvss.render.charts import Line, plot_lines
@@ -68,7 +69,7 @@ def markdown(found: Correlated) -> str:
                 mean, low, high = found.summary(k, group, which)
                 at = [int(np.flatnonzero(study.sizes == n)[0]) for n in sizes]
                 rows.append([label(found, k), group, str(which + 1),
-                             *[f"{number(mean[i])} ({number(low[i])} to {number(high[i])})" for i in at]])
+                             *[interval(Estimate(mean[i], low[i], high[i])) for i in at]])
     about = (f"{found.frames} frames{' of speech' if study.speech else ''} to draw from, {study.repeats} draws; "
              + ", ".join(f"{name}: {width} parameters" for name, width in found.widths.items()))
     head = ["sound", "face", "correlation", *[f"N = {n}" for n in sizes]]

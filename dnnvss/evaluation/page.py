@@ -14,10 +14,10 @@ import numpy as np
 from dnnvss import files
 from dnnvss.curves import resample
 from dnnvss.evaluation.bench import POINTS, Bench, Measure, Sentence, in_unit
+from dnnvss.evaluation.cells import number, number_of, p_value
 from dnnvss.evaluation.comparison import BETTER, CLASS_METRICS, CLASSES, Comparison, Predictions, left_out
-from dnnvss.evaluation.report import number, number_of
 from dnnvss.evaluation.sections import Section
-from dnnvss.evaluation.statistics import Estimate, p_value, pooled
+from dnnvss.evaluation.statistics import Estimate, pooled
 from dnnvss.face.base import APERTURE, Face
 from dnnvss.pages import document, wide
 from dnnvss.timing import FrameClock

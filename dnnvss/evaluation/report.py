@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.cells import number, number_of
 from dnnvss.evaluation.metrics import METRICS, mean_known
-from dnnvss.evaluation.statistics import Estimate
 from dnnvss.formats.tables import aligned, markdown_numbers
 
 REGIONS = ("speech", "all")
@@ -16,8 +16,6 @@ REGIONS = ("speech", "all")
 count."""
 
 TITLES = {"correlation": "correlation", "rmse": "RMSE", "centred_rmse": "centred RMSE", "gv_ratio": "GV ratio"}
-
-_DASH = "\u2013"
 
 Scores = dict[str, dict[str, np.ndarray]]
 """Region to metric to one number a coefficient (D,)."""
@@ -189,21 +187,6 @@ class Report:
 
 def _plain(value: float) -> float | None:
     return None if np.isnan(value) else round(float(value), 6)
-
-
-def number(value: float) -> str:
-    """A number for a table: three decimals, two from 10 on, a dash where there is none."""
-    return _DASH if np.isnan(value) else f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
-
-
-def number_of(count: int, thing: str) -> str:
-    """A count with the name of what is counted: ``1 sentence``, ``2 sentences``."""
-    return f"{count} {thing}{'' if count == 1 else 's'}"
-
-
-def interval(e: Estimate) -> str:
-    """A value with its interval for a table, alone where it has none."""
-    return number(e.value) if np.isnan(e.low) else f"{number(e.value)} ({number(e.low)} to {number(e.high)})"
 
 
 def _mean_and_spread(mean: float, spread: float) -> str:

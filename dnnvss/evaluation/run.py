@@ -15,10 +15,10 @@ from dnnvss.corpus import Corpus
 from dnnvss.evaluation import Report, evaluate
 from dnnvss.evaluation.bench import Bench, Sentence, leading
 from dnnvss.evaluation.calibration import calibration, plot_calibration
+from dnnvss.evaluation.cells import number, number_of
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.measures import MEASURES
 from dnnvss.evaluation.optional import attempted
-from dnnvss.evaluation.report import number, number_of
 from dnnvss.evaluation.runs import tracked_landmarks
 from dnnvss.evaluation.statistics import pooled
 from dnnvss.evaluation.verdict import Verdict, verdict

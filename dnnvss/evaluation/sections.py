@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.cells import number_of
 from dnnvss.evaluation.outside.judged import OF_A_RUN, Judged
 from dnnvss.evaluation.outside.scores import MEASURES
-from dnnvss.evaluation.report import number_of
 from dnnvss.formats.tables import markdown_numbers
 from dnnvss.pages import wide
 

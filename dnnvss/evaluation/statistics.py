@@ -144,11 +144,6 @@ def holm(p_values: list[float]) -> list[float]:
     return corrected
 
 
-def p_value(p: float) -> str:
-    """A p in a table, a dash where there is none."""
-    return "-" if np.isnan(p) else "< .0001" if p < 1e-4 else f"{p:.4f}"
-
-
 def _draws(count: int, seed: int, resamples: int) -> np.ndarray:
     return np.random.default_rng([seed, 0]).integers(0, max(count, 1), size=(resamples, count))
 

@@ -11,8 +11,9 @@ from string import Template
 import numpy as np
 
 from dnnvss import files
-from dnnvss.evaluation.report import Report, number_of
-from dnnvss.evaluation.statistics import FEWEST, Difference, Estimate, difference, estimate
+from dnnvss.evaluation.cells import Ranged, interval, number, number_of
+from dnnvss.evaluation.report import Report
+from dnnvss.evaluation.statistics import FEWEST, Difference, difference, estimate
 from dnnvss.pages import bars, document
 from dnnvss.phones import SILENCES, SPOKEN
 from dnnvss.runs.folds import speech
@@ -139,13 +140,13 @@ def _against(report: Report, system: str, gain: Difference | None, listens: bool
     own, other = estimate(model), estimate(null)
     said = f"On {number_of(count, 'sentence')} that it was not trained on"
     if listens:
-        told = _value if gain is None else _ranged
+        told = _short if gain is None else _ranged
         return (f"{said}, {system} correlates with the talker by {told(own)}, a face that stands still by 0; the mean "
                 f"of each phone, which is told the phones and their times where this one listens, by {told(other)}.")
     if gain is None:
         few = "1 is" if count == 1 else f"{count} are"
-        return (f"{said}, {system} correlates with the talker by {_value(own)}, the mean of each phone by "
-                f"{_value(other)}, a face that stands still by 0; {few} too few to say whether that is chance.")
+        return (f"{said}, {system} correlates with the talker by {_short(own)}, the mean of each phone by "
+                f"{_short(other)}, a face that stands still by 0; {few} too few to say whether that is chance.")
     sure = "and is not chance" if gain.p < _SURE else "which may be chance"
     return (f"{said}, {system} correlates with the talker by {_ranged(own)}, the mean of each phone by "
             f"{_ranged(other)}, a face that stands still by 0; the gain over the means is {_ranged(gain)} {sure}.")
@@ -157,12 +158,12 @@ def _pairs(report: Report, system: str) -> np.ndarray:
     return np.stack([np.nan_to_num(values), ~np.isnan(values)], axis=1).astype(float)
 
 
-def _value(e: Estimate) -> str:
-    return f"{e.value:.2f}"
+def _short(found: Ranged) -> str:
+    return number(found.value, 2)
 
 
-def _ranged(e: Estimate | Difference) -> str:
-    return f"{e.value:.2f} ({e.low:.2f} to {e.high:.2f})"
+def _ranged(found: Ranged) -> str:
+    return interval(found, 2)
 
 
 def _next(prompts: Sequence[str]) -> str:

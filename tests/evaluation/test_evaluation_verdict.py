@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dnnvss.evaluation.report import evaluate, number_of
+from dnnvss.evaluation.cells import number_of
+from dnnvss.evaluation.report import evaluate
 from dnnvss.evaluation.verdict import verdict
 from dnnvss.phones import SPOKEN
 from dnnvss.runs.voice import Voice

@@ -22,7 +22,7 @@ from dnnvss.commands.train import train
 from dnnvss.corpus import Corpus, Utterance
 from dnnvss.curves import mlpg
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.report import number_of
+from dnnvss.evaluation.cells import number_of
 from dnnvss.evaluation.videos import write_side_by_side
 from dnnvss.face.mesh import packaged_head
 from dnnvss.face.mesh.gltf_read import read_gltf

@@ -8,8 +8,8 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
+from dnnvss.evaluation.cells import interval, number, number_of
 from dnnvss.evaluation.outside.scores import MEASURES
-from dnnvss.evaluation.report import interval, number, number_of
 from dnnvss.evaluation.statistics import Estimate, estimate
 from dnnvss.formats.tables import aligned, markdown_numbers
 from dnnvss.records import read_record

@@ -12,7 +12,8 @@ from dnnvss import files
 from dnnvss.corpus import Corpus
 from dnnvss.errors import DnnvssError
 from dnnvss.evaluation.bench import leading
-from dnnvss.evaluation.report import evaluate, number
+from dnnvss.evaluation.cells import number
+from dnnvss.evaluation.report import evaluate
 from dnnvss.evaluation.runs import open_corpus
 from dnnvss.evaluation.unseen.words import HeldOut, held_out, without
 from dnnvss.face.base import Face, moving

@@ -2,21 +2,18 @@
 
 import numpy as np
 
-from dnnvss.evaluation.statistics import p_value
+from dnnvss.evaluation.cells import NONE, interval, number, p_value
 from dnnvss.evaluation.viewing.agreement import krippendorff
 from dnnvss.evaluation.viewing.judgements import Judgements
 from dnnvss.evaluation.viewing.shares import Share, exact_share, mean_interval, sensitivity, share_over_viewers
 from dnnvss.evaluation.viewing.sheet import Sheet
 from dnnvss.evaluation.viewing.tables import (
-    NONE,
     Found,
     Score,
     Table,
     agreement_table,
     differences,
-    interval,
     names_of,
-    number,
     own_means,
 )
 

@@ -5,7 +5,8 @@ from itertools import combinations
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.statistics import holm, p_value
+from dnnvss.evaluation.cells import interval, p_value
+from dnnvss.evaluation.statistics import holm
 from dnnvss.evaluation.viewing.agreement import krippendorff
 from dnnvss.evaluation.viewing.bradley_terry import fit_bradley_terry
 from dnnvss.evaluation.viewing.judgements import Judgements
@@ -17,7 +18,6 @@ from dnnvss.evaluation.viewing.tables import (
     Table,
     agreement_table,
     differences,
-    interval,
     names_of,
     over_viewers,
     own_means,

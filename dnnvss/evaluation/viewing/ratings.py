@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from dnnvss.errors import DnnvssError
-from dnnvss.evaluation.statistics import holm, p_value
+from dnnvss.evaluation.cells import interval, number, p_value
+from dnnvss.evaluation.statistics import holm
 from dnnvss.evaluation.viewing.agreement import krippendorff
 from dnnvss.evaluation.viewing.judgements import Judgements
 from dnnvss.evaluation.viewing.mixed import MOST, fit_mixed
@@ -18,9 +19,7 @@ from dnnvss.evaluation.viewing.tables import (
     Table,
     agreement_table,
     differences,
-    interval,
     names_of,
-    number,
     over_viewers,
     own_means,
 )

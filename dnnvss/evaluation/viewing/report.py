@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from dnnvss import files
-from dnnvss.evaluation.report import number_of
+from dnnvss.evaluation.cells import interval, number_of
 from dnnvss.evaluation.viewing.analysis import Analysis
-from dnnvss.evaluation.viewing.tables import Score, Table, interval
+from dnnvss.evaluation.viewing.tables import Score, Table
 from dnnvss.formats.tables import markdown_numbers
 from dnnvss.pages import document, wide
 

@@ -9,12 +9,12 @@ from scipy import stats
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError, ShortageError
+from dnnvss.evaluation.cells import interval, number, p_value
 from dnnvss.evaluation.comparison import Comparison
 from dnnvss.evaluation.sections import Section
-from dnnvss.evaluation.statistics import p_value
 from dnnvss.evaluation.viewing.analysis import Analysis
 from dnnvss.evaluation.viewing.sheet import CHANGED, KEY, Sheet
-from dnnvss.evaluation.viewing.tables import Score, Table, interval, number
+from dnnvss.evaluation.viewing.tables import Score, Table
 from dnnvss.records import read_record
 from dnnvss.runs.files import RunFiles
 from dnnvss.settings import setting

@@ -1,4 +1,4 @@
-"""What an analysis shows: tables, scores with intervals, and how numbers stand in them."""
+"""What an analysis shows: tables, and scores with intervals."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,12 +6,10 @@ from itertools import combinations
 
 import numpy as np
 
-from dnnvss.evaluation.statistics import holm, p_value
+from dnnvss.evaluation.cells import interval, number, p_value
+from dnnvss.evaluation.statistics import holm
 from dnnvss.evaluation.viewing.shares import Share
 from dnnvss.evaluation.viewing.sheet import Sheet
-
-NONE = "-"
-"""What stands where there is no number."""
 
 
 @dataclass(frozen=True)
@@ -48,24 +46,13 @@ class Found:
     warnings: tuple[str, ...] = ()
 
 
-def number(value: float, digits: int = 3) -> str:
-    """A number in a table, a dash where there is none."""
-    return NONE if np.isnan(value) else f"{value:.{digits}f}"
-
-
-def interval(share: Share | Score, digits: int = 3) -> str:
-    """A value with its interval in a table."""
-    alone = number(share.value, digits)
-    return alone if np.isnan(share.low) else f"{alone} ({number(share.low, digits)} to {number(share.high, digits)})"
-
-
 def names_of(sheet: Sheet) -> list[str]:
     """The names of the conditions."""
     return [c.name for c in sheet.conditions]
 
 
-def differences(names: Sequence[str], difference: Callable[[int, int], Share], title: str, digits: int = 3
-                ) -> Table:
+def differences(names: Sequence[str], difference: Callable[[int, int], Share], title: str,
+                digits: int | None = None) -> Table:
     """All differences of two conditions with their corrected p."""
     pairs = list(combinations(range(len(names)), 2))
     found = [difference(a, b) for a, b in pairs]

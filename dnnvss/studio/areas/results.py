@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnnvss.evaluation.report import number
+from dnnvss.evaluation.cells import number
 from dnnvss.runs.files import RunFiles
 from dnnvss.runs.headlines import read_headlines
 from dnnvss.studio.areas.area import Area, Item, Link
