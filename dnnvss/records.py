@@ -20,14 +20,15 @@ def read_record(cls: type[T], path: str | Path, remedy: str) -> T:
     return as_record(cls, files.read_json(path, remedy), path, remedy)
 
 
-def as_record(cls: type[T], value: Any, path: str | Path, remedy: str, place: str = "") -> T:
+def as_record(cls: type[T], value: Any, path: str | Path, remedy: str | None, place: str = "") -> T:
     """A value out of a file, as an instance of a settings dataclass.
 
     Args:
         cls: the dataclass.
         value: plain containers.
         path: the file, for messages.
-        remedy: what to do where the value is no such instance.
+        remedy: what to do where the value is no such instance; None where its names and values are what
+            somebody asks, who is told of each what it may be.
         place: where in the file it stands, such as ``line 3``.
 
     Raises:
@@ -39,7 +40,7 @@ def as_record(cls: type[T], value: Any, path: str | Path, remedy: str, place: st
     try:
         return read_settings(cls, value, "")
     except DnnvssError as error:
-        raise DnnvssError(f"{before}{error.problem}", file=path, remedy=remedy) from error
+        raise DnnvssError(f"{before}{error.problem}", file=path, remedy=remedy or error.remedy) from error
 
 
 def read_value(path: str | Path, names: str, kind: type[T], remedy: str) -> T:

@@ -72,13 +72,14 @@ def test_who_leaves_ends_the_process_that_reads_what_was_brought(tmp_path: Path)
     children = Path(f"/proc/self/task/{threading.get_native_id()}/children")
 
     async def left() -> None:
+        before = set(children.read_text().split())
         reading = asyncio.create_task(Uploads(tmp_path).sound(_silence(seconds=120)))
-        while not (begun := children.read_text().split()):
+        while not (begun := set(children.read_text().split()) - before):
             await asyncio.sleep(0.01)
         reading.cancel()
         with pytest.raises(asyncio.CancelledError):
             await reading
-        assert begun and not set(begun) & set(children.read_text().split())
+        assert not begun & set(children.read_text().split())
 
     asyncio.run(left())
     assert not list(tmp_path.iterdir())

@@ -219,6 +219,15 @@ def pictures_of(client: Client, take: str, first: int) -> bytes:
     return client.ask("GET", f"/v1/takes/{take}/pictures?first={first}&count=1")[1][4:]
 
 
+@pytest.mark.parametrize("own, told", [
+    ({"text": "a" * 20_001}, "has 20001 signs. Say at most 20000"), ({"speed": 9}, "speed=9 is too much. Give"),
+    ({"engin": "none"}, "engin is no setting. Did you mean engine"), ([], "no table of names and values")])
+def test_who_asks_wrongly_is_told_what_would_be_right(client: Client, take: Any, own: Any, told: str) -> None:
+    body = {"run": take["run"], "text": "a"} | own if own else own
+    status, data = client.ask("POST", "/v1/speak", body)
+    assert status == 400 and told in json.loads(data)["error"]
+
+
 def test_runs_are_named_and_never_paths(client: Client, runs: Path) -> None:
     for name in ("../corpus", str(runs), "", "runs\0"):
         assert client.ask("POST", "/v1/speak", {"run": name, "text": "a"})[0] == 400

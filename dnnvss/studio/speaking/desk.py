@@ -292,7 +292,7 @@ def split(pictures: bytes) -> list[bytes]:
 
 
 def _read(kind: type, body: Any) -> Any:
-    return as_record(kind, body, "the request", "GET /v1/openapi.json describes it")
+    return as_record(kind, body, "the request", None)
 
 
 def _whole(query: Mapping[str, str], name: str, default: int) -> int:
