@@ -31,6 +31,7 @@ from dnnvss.media import read_video, video_info
 from dnnvss.studio.pool import PoolLimits
 from dnnvss.studio.server import Server
 from dnnvss.studio.speaking import SpeakingDesk
+from dnnvss.studio.speaking.uploads import ALIGNMENTS
 
 pytestmark = pytest.mark.slow
 
@@ -357,6 +358,48 @@ def test_the_page_works_by_keyboard_and_on_a_narrow_screen(browser: Browser, cli
     browser.wait("!document.getElementById('clear').disabled")
     browser.key("Delete")
     browser.wait("document.getElementById('clear').disabled")
+
+
+def ready(browser: Browser, client: Client) -> None:
+    browser.call("Page.navigate", url=client.server.url)
+    browser.wait("document.getElementById('run')?.options.length > 0")
+
+
+def say(browser: Browser, text: str) -> None:
+    browser.ask(f"document.getElementById('text').value = {json.dumps(text)}; document.getElementById('speak').click()")
+
+
+def test_the_last_sentence_is_shown_though_an_earlier_one_comes_after_it(browser: Browser, client: Client) -> None:
+    ready(browser, client)
+    browser.ask("window.own = fetch; window.asked = 0; window.fetch = (path, given) => path !== '/v1/speak' || asked++ "
+                "? own(path, given) : new Promise(over => setTimeout(over, 3000)).then(() => own(path, given))"
+                ".finally(() => { window.late = true; }); 1")
+    say(browser, "papa")
+    browser.wait("asked === 1")
+    say(browser, "mama may")
+    browser.wait("document.body.dataset.whole && window.late")
+    time.sleep(0.5)
+    shown = "[...document.querySelectorAll('#words td:first-child')].map(cell => cell.textContent)"
+    assert browser.ask(shown) == ["mama", "may"] and browser.ask("document.getElementById('said').textContent") == ""
+
+
+def test_files_are_known_by_their_names_and_those_that_are_none_are_named(browser: Browser, client: Client) -> None:
+    ready(browser, client)
+    taken = browser.ask("document.getElementById('file').accept.toLowerCase()").split(",")
+    assert set(ALIGNMENTS) <= set(taken)
+    drop = ("(async (name, text) => { const all = new DataTransfer(); all.items.add(new File([text], name)); "
+            "dispatchEvent(new DragEvent('drop', {dataTransfer: all})); })")
+    browser.ask(f"{drop}('said.PHN', '0 3000 h#\\n3000 5000 pcl\\n5000 5600 p\\n5600 9000 aa\\n9000 12000 h#\\n')")
+    browser.wait("document.getElementById('brought').textContent.startsWith('phone times as given')")
+    browser.ask(f"{drop}('notes.png', 'no voice')")
+    browser.wait("document.getElementById('said').textContent.startsWith('notes.png: cannot be read')")
+
+
+def test_a_studio_that_is_gone_is_told_in_words(browser: Browser, client: Client) -> None:
+    ready(browser, client)
+    browser.ask("window.fetch = () => Promise.reject(new TypeError('Failed to fetch'))")
+    say(browser, "papa")
+    browser.wait("document.getElementById('said').textContent === 'The studio does not answer. Is it still running?'")
 
 
 def test_hostile_words_are_shown_as_words(browser: Browser, client: Client) -> None:

@@ -7,9 +7,16 @@ async function checked(response) {
   throw new Error(said);
 }
 
-export const get = async path => (await checked(await fetch(path))).json();
-export const bytes = async (path, signal) => (await checked(await fetch(path, {signal}))).arrayBuffer();
-export const post = async (path, body, signal) => (await checked(await fetch(path, {
-  method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(body), signal}))).json();
-export const send = async (path, data) => (await checked(await fetch(path, {
-  method: 'POST', headers: {'Content-Type': 'application/octet-stream'}, body: data}))).json();
+async function reached(path, given) {
+  const answer = fetch(path, given).catch(error => {
+    throw error.name === 'AbortError' ? error : new Error('The studio does not answer. Is it still running?');
+  });
+  return checked(await answer);
+}
+
+export const get = async path => (await reached(path)).json();
+export const bytes = async (path, signal) => (await reached(path, {signal})).arrayBuffer();
+export const post = async (path, body, signal) => (await reached(path, {
+  method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(body), signal})).json();
+export const send = async (path, data) => (await reached(path, {
+  method: 'POST', headers: {'Content-Type': 'application/octet-stream'}, body: data})).json();

@@ -12,6 +12,8 @@ const milli = seconds => Number(seconds.toFixed(3));
 const RESTING = 250;  // milliseconds without a change after which the hand rests
 const NEAR = 0.02;  // seconds for which a key holds, before and after it
 
+let speaking = new AbortController();  // of the sentence that is being said; an earlier one is given up
+
 const state = {runs: [], take: null, pictures: null, others: null, against: '', keys: [], words: {}, times: null, sound: null, awaited: false, before: [], held: '', origin: null, changing: false, again: false, pressed: false, moved: 0};
 
 function say(text, bad = false) { $('said').textContent = text; $('said').classList.toggle('bad', bad); }
@@ -73,8 +75,9 @@ async function speak(begin = true) {
   if (!$('run').value) return;
   if (!$('text').value.trim() && !state.sound && !state.times) { say('Type what the face is to say, or bring a voice.', true); return; }
   say('Speaking …');
-  const begun = performance.now();
-  const take = await post('/v1/speak', asked());
+  speaking.abort();
+  const begun = performance.now(), {signal} = speaking = new AbortController();
+  const take = await post('/v1/speak', asked(), signal);
   await show(take, {begin, begun});
 }
 
@@ -109,9 +112,9 @@ async function show(take, {begin = false, begun = performance.now(), same = fals
   timeline.show(take, curve, state.keys, same);
   const heard = same ? null : (take.peaks.length ? bytes(`/v1/takes/${take.id}/sound`) : Promise.resolve(null));
   const pictures = new Pictures(take, $('view').value), from = player.frame(take.frames), first = pictures.fetch(from, 1);
-  if (heard) await player.open(take, await heard);
-  await first;
+  const [sound] = await Promise.all([heard, first]);
   if (take !== state.take) { pictures.end(); return; }
+  if (heard) await player.open(take, sound);
   const face = $('face');
   if (face.width !== take.width || face.height !== take.height) Object.assign(face, {width: take.width, height: take.height});
   state.pictures?.end(); state.pictures = pictures;
@@ -275,15 +278,16 @@ $('timeline').addEventListener('keydown', event => {
 
 // ---- what is brought ---------------------------------------------------------------------------------------------
 
-const SESSION = /\.json$/i, TIMES = /\.(textgrid|lab|ctm|align)$/i;
+const SESSION = '.json', TIMES = $('file').accept.toLowerCase().split(',').filter(kind => kind.startsWith('.') && kind !== SESSION);
 
 // Files that come together: a session first, then a voice, then its phone times; it is spoken once.
 const bring = guarded(async files => {
-  const order = name => SESSION.test(name) ? 0 : TIMES.test(name) ? 2 : 1;
+  const ends = (name, kinds) => kinds.some(kind => name.toLowerCase().endsWith(kind));
+  const order = name => ends(name, [SESSION]) ? 0 : ends(name, TIMES) ? 2 : 1;
   remember();
   for (const file of [...files].sort((a, b) => order(a.name) - order(b.name))) {
     say(`Reading ${file.name} …`);
-    await [reopen, hear, follow][order(file.name)](file);
+    await [reopen, hear, follow][order(file.name)](file).catch(error => { throw new Error(`${file.name}: ${error.message}`); });
   }
   brought();
   if (state.awaited) say('The session was spoken to a voice: drop the speech.wav that was taken with it.');
@@ -301,7 +305,7 @@ async function follow(file) { state.times = await send(`/v1/alignments/${encodeU
 
 async function reopen(file) {
   const {saying} = await file.text().then(JSON.parse).catch(() => ({}));
-  if (!saying) throw new Error(`${file.name} is no session of this page`);
+  if (!saying) throw new Error('is no session of this page');
   for (const name of ['run', 'view']) if (![...$(name).options].some(option => option.value === saying[name])) throw new Error(`the session has the ${name} ${saying[name]}, which is not here`);
   for (const name of ['run', 'view']) $(name).value = saying[name];
   fill(saying);
