@@ -227,7 +227,7 @@ def _cut(works: Sequence[_Work], shop: Workshop, cuts: Cuts, dimensions: int) ->
             owners[name] = work, (first, last)
             tasks[name] = {"recording": work.recording.id, "video": work.video,
                            "sound": folder_of(shop.out) / f"{work.recording.id}.48.wav",
-                           "pictures": {k: work.sound[k] for k in ("base", "zero", "codec")},
+                           "pictures": {k: work.sound[k] for k in ("base", "zero", "codec", "late")},
                            "start": round(max(start, 0.0), 4), "end": round(end, 4)}
     clips = shop.run(CLIPS, cut_clip, tasks, VERSION) if tasks else {}
     marks = slices(shop, {w.recording.id: w.recording.landmarks for w in works if w.recording.landmarks},

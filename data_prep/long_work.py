@@ -21,7 +21,7 @@ from dnnvss.speech.recognise import recognise
 
 RECORDING, RECOGNISED, PASSAGES, CLIPS = "recording", "recognised words", "passages", "clips"
 """The stages."""
-VERSION = 2
+VERSION = 3
 """Of what they leave behind."""
 
 PIECE = 20.0
@@ -52,7 +52,8 @@ def hear(name: str, out: Path, video: Path) -> dict[str, Any]:
     size = _BLOCK * SPEECH_RATE
     level = np.concatenate([levels(samples[at : at + size] / np.float32(32767)) for at in range(0, len(samples), size)])
     files.write_arrays(folder / f"{name}.npz", active=louder(level), stamps=index.stamps, keys=index.keys)
-    return {"seconds": seconds, "base": str(index.base), "zero": index.zero, "codec": index.codec}
+    return {"seconds": seconds, "base": str(index.base), "zero": index.zero, "codec": index.codec,
+            "late": index.late}
 
 
 def pieces_of(loud: np.ndarray) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
@@ -121,11 +122,12 @@ def cut_clip(name: str, out: Path, recording: str, video: Path, sound: Path, pic
         recording: the id of the recording.
         video: the recording.
         sound: its sound at 48 kHz.
-        pictures: base, zero and codec of its pictures.
+        pictures: base, zero, codec and late of its pictures.
         start, end: seconds in the recording.
     """
     kept = read_arrays(folder_of(out) / f"{recording}.npz", "Delete .stages and prepare again")
-    index = PictureIndex(Fraction(pictures["base"]), kept["stamps"], kept["keys"], pictures["zero"], pictures["codec"])
+    index = PictureIndex(Fraction(pictures["base"]), kept["stamps"], kept["keys"], pictures["zero"], pictures["codec"],
+                         pictures["late"])
     path = out / ".stages" / CLIPS / f"{name}.mp4"
     made = cut(video, index, sound, start, end, path)
     return {"clip": str(path.relative_to(out)), "first": made.first, "end": made.end, "start": round(made.start, 5),

@@ -8,7 +8,7 @@ from data_prep.media import media
 from data_prep.recipe import Preparation, Results
 from data_prep.unfilmed import measured, sounded, told_rate
 
-MEDIA = 6
+MEDIA = 7
 """Version of what the stage of the recordings leaves behind."""
 
 OFF_RATE = 0.02

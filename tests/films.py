@@ -97,6 +97,14 @@ def _turn(path: Path, matrix: tuple[int, ...]) -> None:
     path.write_bytes(bytes(data))
 
 
+def trim(path: Path, ticks: int) -> None:
+    """Let the edit list of the first track begin some ticks of its media later, as phones trim."""
+    data = bytearray(path.read_bytes())
+    at = data.index(b"elst") + 16
+    data[at : at + 4] = struct.pack(">i", struct.unpack(">i", data[at : at + 4])[0] + ticks)
+    path.write_bytes(bytes(data))
+
+
 def tone(seconds: float, rate: int = 16000, pitch: float = 200.0, level: float = 0.3) -> np.ndarray:
     """A tone (1, n)."""
     return level * np.sin(2 * np.pi * pitch * np.arange(round(seconds * rate)) / rate)[None].astype(np.float32)

@@ -1,5 +1,6 @@
 """Recordings opened, and nothing else than recordings."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import av
@@ -13,11 +14,15 @@ _CONTAINERS = (
 addresses, and come in files of any name."""
 
 
-def opened(path: str | Path) -> av.container.InputContainer:
+def opened(path: str | Path, options: Mapping[str, str] | None = None) -> av.container.InputContainer:
     """A recording, opened; it reads nothing but its own file.
+
+    Args:
+        path: the file.
+        options: of FFmpeg, for the kind of container.
 
     Raises:
         FFmpegError: it is no recording, or a list of other files.
     """
     only = {"format_whitelist": ",".join(_CONTAINERS), "protocol_whitelist": "file"}
-    return av.open(str(path), container_options=only)
+    return av.open(str(path), container_options={**(options or {}), **only})

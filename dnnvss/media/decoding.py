@@ -1,5 +1,6 @@
 """Pictures of a recording as players show them: upright, of whole frames, each at its time."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -7,6 +8,8 @@ from typing import Any
 
 import av
 import numpy as np
+
+from dnnvss.media.edits import hidden
 
 _SHORT = 60.0
 """Seconds of a recording up to which one thread decodes it: to start others takes what they save."""
@@ -69,23 +72,49 @@ def look_of(frame: Any, stream: Any) -> Look:
     return Look(matrix, Fraction(pixel) if sane else Fraction(1), bool(frame.interlaced_frame))
 
 
+def numbered(container: Any) -> bool:
+    """Whether a container (AVI) numbers its pictures and does not say when they are shown.
+
+    What FFmpeg guesses there is a picture or more late: the n-th picture shown has the number of the n-th one stored.
+    """
+    return bool(container.format.name == "avi")
+
+
 def decoded(container: Any) -> Iterator[tuple[float | None, Any, Look]]:
     """Time in seconds, frame and look of every picture of a recording; interlaced ones become whole pictures."""
     stream = main_stream(container)
     stream.thread_type = "NONE" if 0 < (container.duration or 0) <= _SHORT * av.time_base else "AUTO"
+    numbers = deque[int]()
+    packets = _noted(container, stream, numbers) if numbered(container) else container.demux(stream)
+    late = float(hidden(container, stream.index))
+    for frame, look in _whole(packets, stream):
+        time = float(numbers.popleft() * stream.time_base) if numbers else frame.time
+        yield None if time is None else time + late, frame, look
+
+
+def _noted(container: Any, stream: Any, numbers: deque[int]) -> Iterator[Any]:
+    """Yield the packets of a stream and note their numbers."""
+    for packet in container.demux(stream):
+        if packet.size and packet.dts is not None:
+            numbers.append(packet.dts)
+        yield packet
+
+
+def _whole(packets: Iterator[Any], stream: Any) -> Iterator[tuple[Any, Look]]:
+    """Yield frame and look of every picture in packets."""
     look, graph = None, None
-    for frame in container.decode(stream):
+    for frame in (frame for packet in packets for frame in packet.decode()):
         if look is None:
             look = look_of(frame, stream)
             graph = _deinterlacer(stream) if look.interlaced else None
         if graph is None:
-            yield frame.time, frame, look
+            yield frame, look
         else:
             graph.vpush(frame)
-            yield from ((whole.time, whole, look) for whole in _pulled(graph))
+            yield from ((whole, look) for whole in _pulled(graph))
     if graph is not None and look is not None:
         graph.vpush(None)
-        yield from ((whole.time, whole, look) for whole in _pulled(graph))
+        yield from ((whole, look) for whole in _pulled(graph))
 
 
 def _deinterlacer(stream: Any) -> Any:

@@ -10,7 +10,8 @@ import numpy as np
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.media.containers import opened
-from dnnvss.media.decoding import main_stream
+from dnnvss.media.decoding import main_stream, numbered
+from dnnvss.media.edits import hidden
 
 _REMEDY = ("Store it anew, with times: "
            "ffmpeg -fflags +genpts -i FILE -fps_mode passthrough -c:v libx264 -crf 12 -c:a aac OUT.mp4")
@@ -26,6 +27,7 @@ class PictureIndex:
         keys: (F,) bool, whether it can be decoded by itself.
         zero: seconds at which players begin to count.
         codec: how they are coded.
+        late: seconds by which they are shown later than their stamps say (:mod:`dnnvss.media.edits`).
     """
 
     base: Fraction
@@ -33,6 +35,7 @@ class PictureIndex:
     keys: np.ndarray
     zero: float
     codec: str
+    late: float = 0.0
 
     @property
     def shown(self) -> np.ndarray:
@@ -41,11 +44,11 @@ class PictureIndex:
 
     def ticks(self, seconds: float) -> int:
         """The tick at a time that counts from where players begin."""
-        return round((seconds + self.zero) / float(self.base))
+        return round((seconds + self.zero - self.late) / float(self.base))
 
     def seconds(self, ticks: int) -> float:
         """The time of a tick, counted from where players begin."""
-        return float(ticks * self.base) - self.zero
+        return float(ticks * self.base) - self.zero + self.late
 
     @property
     def ends(self) -> np.ndarray:
@@ -68,14 +71,18 @@ def picture_index(path: str | Path) -> PictureIndex:
                 raise DnnvssError("has no video stream", file=p, remedy="Give a recording with pictures")
             stream = main_stream(container)
             ordered = not stream.codec_context.has_b_frames
-            rows = [(_stamp(packet, ordered), packet.is_keyframe) for packet in container.demux(stream)
+            rows = [(_stamp(packet, ordered), packet.is_keyframe, packet.dts) for packet in container.demux(stream)
                     if packet.size and not packet.is_discard]
-            zero = (container.start_time or 0) / 1e6
+            zero, late = (container.start_time or 0) / 1e6, float(hidden(container, stream.index))
+            guessed = numbered(container)
             base, codec = Fraction(stream.time_base), str(stream.codec_context.name)
-        if not rows or any(stamp is None for stamp, _ in rows) or len({stamp for stamp, _ in rows}) < len(rows):
+        found, keys, numbers = zip(*rows, strict=True) if rows else ((), (), ())
+        if not rows or None in found or len(set(found)) < len(rows):
             raise DnnvssError("does not say when each of its pictures is shown", file=p, remedy=_REMEDY)
-        stamps = np.array([stamp for stamp, _ in rows], np.int64)
-        return PictureIndex(base, stamps, np.array([key for _, key in rows], bool), zero, codec)
+        stamps = np.array(found, np.int64)
+        if guessed and None not in numbers:
+            late = float(np.median(np.sort(np.array(numbers, np.int64)) - np.sort(stamps))) * float(base)
+        return PictureIndex(base, stamps, np.array(keys, bool), zero, codec, late)
 
     found: PictureIndex = files.read(path, read, _REMEDY)
     return found

@@ -6,10 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from films import BACK, HALF, MIRRORED, QUARTER, film, number_of, pictures, tone
+from films import BACK, HALF, MIRRORED, QUARTER, film, number_of, pictures, tone, trim
 
 from dnnvss.errors import DnnvssError
-from dnnvss.media import SPEECH_RATE, read_audio, read_video, timed_audio, video_frames, video_info, write_wav
+from dnnvss.media import (
+    SPEECH_RATE,
+    read_audio,
+    read_video,
+    timed_audio,
+    timed_frames,
+    video_frames,
+    video_info,
+    write_wav,
+)
+from dnnvss.media.index import picture_index
 
 
 @pytest.mark.parametrize("matrix, size, corner", [
@@ -46,6 +56,27 @@ def test_interlaced_pictures_become_whole_ones_and_keep_their_numbers(tmp_path: 
     path = film(tmp_path / "a.mp4", pictures(12), range(12), 25, options={"crf": "1", "x264-params": "tff=1"})
     assert not video_info(path).plain
     assert [number_of(v) for v in read_video(path)] == list(range(12))
+
+
+@pytest.mark.parametrize("between", ["0", "3"])
+def test_pictures_of_an_avi_are_shown_from_the_first_moment(tmp_path: Path, between: str) -> None:
+    """AVI numbers its pictures; FFmpeg guesses H.264 there a picture late, with and without others between."""
+    path = film(tmp_path / "a.avi", pictures(12), range(12), 25, options={"crf": "1", "bf": between})
+    found, index = list(timed_frames(path)), picture_index(path)
+    assert [time for time, _ in found] == pytest.approx([k / 25 for k in range(12)])
+    assert [number_of(image) for _, image in found] == list(range(12))
+    assert [index.seconds(int(t)) for t in index.shown] == pytest.approx([k / 25 for k in range(12)])
+
+
+@pytest.mark.parametrize("between", ["0", "3"])
+def test_pictures_of_a_trimmed_recording_keep_their_place(tmp_path: Path, between: str) -> None:
+    """Trimmed 1.25 pictures into it: the first one that begins there is shown 30 ms later, and FFmpeg says at once."""
+    path = film(tmp_path / "a.mp4", pictures(12), range(0, 12 * 512, 512), 12800, options={"crf": "1", "bf": between})
+    trim(path, 640)
+    found, index = list(timed_frames(path)), picture_index(path)
+    assert [number_of(image) for _, image in found] == list(range(2, 12))
+    assert [time for time, _ in found] == pytest.approx([k / 25 - 0.05 for k in range(2, 12)], abs=1e-4)
+    assert [index.seconds(int(t)) for t in index.shown] == pytest.approx([time for time, _ in found], abs=1e-4)
 
 
 def test_sound_after_a_gap_stays_in_its_place(tmp_path: Path) -> None:
