@@ -54,16 +54,17 @@ def scores(truth: Lips, made: Lips, watched: Watched) -> dict[str, tuple[float, 
     found = {f"{name} r": _known(float(value)) for name, value in zip(NAMES, correlation(r, m), strict=True)}
     spread = float(r[:, 0].var())
     return {**found,
-            "closures found": _share(truth.tracks[:, 0], made.tracks[:, 0], inside, watched),
-            "closures right": _share(made.tracks[:, 0], truth.tracks[:, 0], inside, watched),
+            "closures found": _share(truth, made, inside, watched),
+            "closures right": _share(made, truth, inside, watched),
             "variance": _known(float(m[:, 0].var()) / spread if spread > 0 else float("nan"))}
 
 
-def _share(asked: np.ndarray, other: np.ndarray, inside: np.ndarray, watched: Watched) -> tuple[float, float]:
-    """Closures of one track at which the other is closed, and their number."""
+def _share(asked: Lips, other: Lips, inside: np.ndarray, watched: Watched) -> tuple[float, float]:
+    """Closures in one video at which the lips of the other are seen to be closed, and their number."""
     near = watched.clock.edge(NEAR)
-    spans = closures(asked, watched.level, inside)
-    met = [bool((other[max(a - near, 0):b + near] <= watched.level).any()) for a, b in spans]
+    spans = closures(asked.tracks[:, 0], watched.level, inside)
+    closed = other.seen & (other.tracks[:, 0] <= watched.level)
+    met = [bool(closed[max(a - near, 0):b + near].any()) for a, b in spans]
     return float(sum(met)), float(len(met))
 
 
