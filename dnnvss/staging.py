@@ -7,6 +7,7 @@ A temporary file without one is what a killed command left.
 import errno
 import os
 import re
+import secrets
 import shutil
 import tempfile
 import time
@@ -23,6 +24,8 @@ fcntl: Any = import_module("fcntl") if os.name == "posix" else None
 _NAME = re.compile(r"\..*\.[a-z0-9_]{8}\.part(\.[^.]*)?", re.DOTALL)
 _SCRATCH, _NEW = "dnnvss.scratch-", 10.0
 """How the names of folders of :func:`scratch` begin, and seconds in which one may have been made and not yet locked."""
+_MODE = 0o666
+"""Who may read and write what is made: all whom the mask of the process (``umask``) does not shut out."""
 _swept: set[tuple[int, Path]] = set()
 
 
@@ -58,10 +61,14 @@ class Part:
             _swept.add((os.getpid(), path.parent))
             sweep(path.parent)
         while True:
-            handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=f".part{path.suffix}", dir=path.parent)
+            file = path.parent.absolute() / f".{path.stem}.{secrets.token_hex(4)}.part{path.suffix}"
+            try:
+                handle = os.open(file, os.O_RDWR | os.O_CREAT | os.O_EXCL, _MODE)
+            except FileExistsError:
+                continue
             _lock(handle)
             if os.fstat(handle).st_nlink:  # else another process took it for a leftover before it was locked
-                return cls(path, Path(name), handle)
+                return cls(path, file, handle)
             os.close(handle)
 
     def move(self) -> None:
@@ -170,7 +177,7 @@ def locked(path: Path, waiting: str = "") -> Iterator[None]:
     """
     lock = path.parent / f".{path.name}.lock"
     while True:
-        handle = os.open(lock, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
+        handle = os.open(lock, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), _MODE)
         _lock(handle, waiting=waiting)
         try:
             if os.path.samestat(os.fstat(handle), lock.lstat()):

@@ -1,5 +1,7 @@
 """Temporary files are told from leftovers by their locks; sets are moved at once; names stay in their folder."""
 
+import os
+import stat
 import subprocess
 import sys
 import tempfile
@@ -93,3 +95,16 @@ with staging.scratch() as folder:
         assert folder.is_dir()
     assert {p.name for p in tmp_path.iterdir()} == others
     assert (tmp_path / "elsewhere/kept").is_file()
+
+
+@pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o077, 0o600), (0o002, 0o664)])
+def test_a_file_is_for_those_whom_the_mask_of_the_process_lets_in(tmp_path: Path, mask: int, mode: int) -> None:
+    before = os.umask(mask)
+    try:
+        with staging.locked(tmp_path / "a.json"):
+            lock, = tmp_path.iterdir()
+            assert stat.S_IMODE(lock.stat().st_mode) == mode
+        written = files.write_json(tmp_path / "a.json", {})
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE(written.stat().st_mode) == mode

@@ -60,14 +60,14 @@ def read_run(folder: str | Path) -> RunData:
     Raises:
         DnnvssError: the folder is not one of a finished run.
     """
-    places = RunFiles(Path(folder))
+    places, settings = RunFiles(Path(folder)), RunSettings.load(Path(folder))
     remedy = "Name the folder of a finished run: python train.py writes one"
     arrays = {kind: read_arrays(places.prediction(kind), remedy) for kind in _KINDS}
     _check_sentences(arrays, places, remedy)
     styled = {name: read_arrays(path, remedy) for name, path in places.styled().items()}
     for name, path in places.styled().items():
         _check_sentences({**arrays, "predicted": styled[name]}, places, remedy, path)
-    return RunData(places.folder, RunSettings.load(places.folder), arrays, styled)
+    return RunData(places.folder, settings, arrays, styled)
 
 
 def _check_sentences(arrays: Mapping[str, Arrays], places: RunFiles, remedy: str, file: Path | None = None) -> None:

@@ -39,7 +39,6 @@ def replacing(path: str | Path) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part = Part.begin(path)
-        part.file.chmod(0o644)
         yield part.file
         if (group := current.get()) is not None:
             group.add(part)

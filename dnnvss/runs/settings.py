@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -93,7 +94,7 @@ class RunSettings(RunOptions):
         if is_together(folder):
             folder = talker_run(folder, None)
         path = RunFiles(folder).config
-        values = files.read(path, _plain, _nearest_run(folder))
+        values = files.read(path, _plain, nearest_run(folder))
         _check_version(RunFiles(folder), values)
         try:
             found = read_settings(cls, values, "")
@@ -188,10 +189,21 @@ def _release(version: str) -> list[str]:
     return version.split(".")[:2]
 
 
-def _nearest_run(folder: Path) -> str:
-    """What to do about a folder that is no run: name one in it, or train one."""
-    inside = sorted(str(path.parent) for path in folder.glob(f"*/{RunFiles(folder).config.name}"))
-    return f"Name one of the runs in it, such as {inside[0]}" if inside else "Train a system first: python train.py"
+def nearest_run(folder: Path) -> str:
+    """What to do about a folder that is no run: name the one around a file, one in it, or the likest one; or train one."""
+    if folder.is_file() and RunFiles(folder.parent).config.is_file():
+        return f"Name the folder of the run: {folder.parent}"
+    if inside := _runs_in(folder):
+        return f"Name one of the runs in it, such as {inside[0]}"
+    beside = {path.name: path for place in (folder.parent / "runs", folder.parent) for path in _runs_in(place)}
+    if not folder.exists() and (near := get_close_matches(folder.name, beside, 1)):
+        return f"Did you mean {beside[near[0]]}?"
+    return "Train a system first: python train.py"
+
+
+def _runs_in(folder: Path) -> list[Path]:
+    """The runs in a folder, in the order of their names."""
+    return sorted(path.parent for path in folder.glob(f"*/{RunFiles(folder).config.name}"))
 
 
 def _anew(folder: Path, values: Any) -> str:

@@ -246,7 +246,7 @@ def test_a_table_that_cannot_be_written_is_refused_before_it_is_reckoned(
 
     study: Any = SimpleNamespace(name="context")
     (tmp_path / "table").touch()
-    with pytest.raises(DnnvssError, match="Name the folder of a finished run"):  # a file that is no run is no place
+    with pytest.raises(DnnvssError, match="Train a system first"):  # a file that is no run is no place
         finished.compare_runs([tmp_path / "table"])
     with pytest.raises(DnnvssError, match=r"face\.npz: no such file"):
         correlation_figures.write_correlations(study, tmp_path / "table")

@@ -37,6 +37,16 @@ def test_a_folder_of_runs_is_no_run_and_one_of_them_is_named(tmp_path: Path) -> 
     begun(tmp_path / "a")
     with pytest.raises(DnnvssError, match=r"no such file\. Name one of the runs in it, such as .*/a\."):
         RunSettings.load(tmp_path)
+    with pytest.raises(DnnvssError, match=r"Name the folder of the run: .*/a\."):
+        RunSettings.load(RunFiles(tmp_path / "a").config)
+
+
+@pytest.mark.parametrize("name", ["runs/ann-ph-kernal-1a2b3c4d", "ann-ph-kernel-1a2b3c4d", "ann-ph-kernel"])
+def test_a_run_that_is_not_there_is_told_its_likest(name: str, tmp_path: Path) -> None:
+    begun(tmp_path / "runs" / "ann-ph-kernel-1a2b3c4d")
+    begun(tmp_path / "runs" / "bob-voice-feedforward-1a2b3c4d")
+    with pytest.raises(DnnvssError, match=r"no such file\. Did you mean .*/runs/ann-ph-kernel-1a2b3c4d\?"):
+        RunSettings.load(tmp_path / name)
 
 
 def test_a_run_goes_on_under_its_own_settings_alone(tmp_path: Path) -> None:
