@@ -37,7 +37,8 @@ class Shelf:
 
     def __init__(self, root: Path) -> None:
         if not root.is_dir():
-            raise DnnvssError("is a file" if root.is_file() else "no such folder", file=root, remedy="Set corpus.raw to the folder of your recordings")
+            raise DnnvssError("is a file" if root.is_file() else "no such folder", file=root,
+                              remedy="Set corpus.raw to the folder of your recordings")
         self.root = root
         self._files: dict[str, dict[str, Path]] = {}
         self._folders: dict[str, Path] = {}

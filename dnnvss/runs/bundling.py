@@ -24,6 +24,9 @@ def export_run(run: Run, path: Path) -> Path:
     """
     from dnnvss.export.write import write_network
 
+    if not is_network(run.trained):
+        raise DnnvssError(f"model={run.settings.model_name} is not a network, so that no other program can run it",
+                          file=run.folder, remedy="A name without suffix makes a bundle of it: --out FOLDER")
     streams = frame_streams(run.trained)
     arrays = {name: streams.get_buffer(f"target_{name}").tolist() for name in ("mean", "deviation", "variance")}
     scaler = {name: streams.get_buffer(f"numeric_{name}").tolist() for name in ("mean", "deviation")}

@@ -190,7 +190,7 @@ def _release(version: str) -> list[str]:
 
 
 def nearest_run(folder: Path) -> str:
-    """What to do about a folder that is no run: name the one around a file, one in it, or the likest one; or train one."""
+    """What to do about a folder that is no run: name that of a file, one in it, or the likest one; or train one."""
     if folder.is_file() and RunFiles(folder.parent).config.is_file():
         return f"Name the folder of the run: {folder.parent}"
     if inside := _runs_in(folder):

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from dnnvss.export.graph import FrameStreams, frame_streams
 from dnnvss.export.write import write_network
 from dnnvss.features import FeatureTable, NumericScaler, Settings, encode
 from dnnvss.media import Sound
+from dnnvss.runs.bundling import export_run
 from dnnvss.systems import Example, Prediction, VisualModel
 from dnnvss.systems.blend import BlendedNetworks
 from dnnvss.systems.network import NetworkModel
@@ -175,6 +176,10 @@ def test_blended_networks_of_two_tables_are_one_graph(examples: dict[str, list[E
 def test_what_is_no_network_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DnnvssError, match="PhoneMean is not a network"):
         frame_streams(PhoneMean(TABLE, CLOCK))
+    run: Any = SimpleNamespace(folder="runs/a", trained=PhoneMean(TABLE, CLOCK),
+                               settings=SimpleNamespace(model_name="phone_mean"))
+    with pytest.raises(DnnvssError, match=r"runs/a: model=phone_mean is not a network.*bundle of it: --out FOLDER"):
+        export_run(run, tmp_path / "model.onnx")
     streams = frame_streams(model := trained(1, False))
     with pytest.raises(DnnvssError, match=r"as \.bin.*\.onnx"):
         write_network(tmp_path / "model.bin", streams, described(model, streams))

@@ -152,7 +152,7 @@ def test_the_command_plays_and_writes_a_take(tmp_path, take, capsys):
     ("words", "told"),
     [
         ([], "needs a take"),
-        (["x.csv", "--out", "a.fbx"], "cannot be written as"),
+        (["x.csv", "--out", "a.fbx"], r"cannot be written as \.fbx\. Name it \.mp4, \.csv"),
         (["x.csv", "--out", "a.mp4", "--height", "3"], "no size"),
     ],
 )
