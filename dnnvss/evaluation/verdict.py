@@ -25,6 +25,10 @@ NULL = "phone mean"
 SHOWN = 3
 """Sentences to record next that are read out; the page has all."""
 _SURE = 0.05
+_UNTOLD = "What is said in them was not written down, so that sounds are not counted and no sentences proposed."
+_LIKE = {False: "each phone, which is told the phones and their times",
+         True: "speech, which is told when somebody speaks"}
+"""What the mean is of that a system without phones stands beside: where words are known, and where they are not."""
 _EXPECT = (
     (0.85, "The mouth follows speech closely; most sentences can be shown in a close-up."),
     (0.75, "The mouth opens, closes and rounds with the words; small movements of single sounds are missing now and "
@@ -48,7 +52,7 @@ class Verdict:
     Args:
         lines: five sentences or few more: what was recorded, what it covers, the system against what knows nothing,
             what to record next, what to expect.
-        prompts: sentences to record next, the most useful first.
+        prompts: sentences to record next, the most useful first; none where nobody knows what was said.
         coverage: what was heard of the talker.
     """
 
@@ -73,13 +77,18 @@ class Verdict:
             title: what was judged.
             more: how the system was chosen, as text; nothing where it was named.
         """
-        template = Template(resources.files("dnnvss.evaluation").joinpath("verdict.html").read_text("utf-8"))
         phones = bars((p, EXAMPLES[p], self.coverage.phones[p]) for p in SPOKEN)
+        prompts = "".join(f"<li>{html.escape(text)}</li>" for text in self.prompts)
+        heard = "" if self.coverage.untold else _template("verdict_heard").substitute(prompts=prompts, phones=phones)
         chosen = f"<h2>How the system was chosen</h2><pre>{html.escape(more)}</pre>" if more else ""
-        body = template.substitute(
+        body = _template("verdict").substitute(
             title=html.escape(title), lines="".join(f"<li>{html.escape(line)}</li>" for line in self.lines),
-            prompts="".join(f"<li>{html.escape(text)}</li>" for text in self.prompts), phones=phones, chosen=chosen)
+            heard=heard, chosen=chosen)
         return files.write_text(path, document(title, body, "main { --measure: 860px; }\n"))
+
+
+def _template(name: str) -> Template:
+    return Template(resources.files("dnnvss.evaluation").joinpath(f"{name}.html").read_text("utf-8"))
 
 
 def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
@@ -97,10 +106,12 @@ def verdict(report: Report, system: str, train: Sequence[Example], voice: Voice,
     """
     heard = Counter(p for e in train for p in e.alignment["phones"].labels if p not in SILENCES)
     coverage = Coverage.of(heard, voice.triphones)
-    prompts = tuple(next_prompts(coverage, voice.variant))
+    prompts = () if coverage.untold else tuple(next_prompts(coverage, voice.variant))
     seconds, gain = speech(train), _gain(report)
-    lines = (_recorded(len(train), seconds, sources, company), _covered(coverage, voice),
-             _against(report, system, gain, listens), _next(prompts),
+    lines = (_recorded(len(train), seconds, sources, company),
+             _UNTOLD if coverage.untold else _covered(coverage, voice),
+             _against(report, system, gain, _LIKE[coverage.untold] if listens else None),
+             *(() if coverage.untold else (_next(prompts),)),
              _expected(report.headline("model"), seconds, None if listens else gain))
     return Verdict(lines, prompts, coverage)
 
@@ -134,15 +145,16 @@ def _gain(report: Report) -> Difference | None:
     return difference(null, model) if model[:, 1].sum() >= FEWEST else None
 
 
-def _against(report: Report, system: str, gain: Difference | None, listens: bool) -> str:
+def _against(report: Report, system: str, gain: Difference | None, like: str | None) -> str:
+    """The system beside the mean of each phone; ``like`` says what that is told where the system listens."""
     model, null = (_pairs(report, name) for name in ("model", NULL))
     count = int(model[:, 1].sum())
     own, other = estimate(model), estimate(null)
     said = f"On {number_of(count, 'sentence')} that it was not trained on"
-    if listens:
+    if like is not None:
         told = _short if gain is None else _ranged
         return (f"{said}, {system} correlates with the talker by {told(own)}, a face that stands still by 0; the mean "
-                f"of each phone, which is told the phones and their times where this one listens, by {told(other)}.")
+                f"of {like} where this one listens, by {told(other)}.")
     if gain is None:
         few = "1 is" if count == 1 else f"{count} are"
         return (f"{said}, {system} correlates with the talker by {_short(own)}, the mean of each phone by "

@@ -51,6 +51,11 @@ class Coverage:
         return len(self.heard)
 
     @property
+    def untold(self) -> bool:
+        """Whether one phone stands for all that was said, as where nobody wrote down the words."""
+        return len(self.phones) <= 1
+
+    @property
     def missing(self) -> tuple[str, ...]:
         """The phones that were never heard."""
         return tuple(p for p in SPOKEN if not self.phones[p])

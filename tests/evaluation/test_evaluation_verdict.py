@@ -1,6 +1,7 @@
 """What was heard, what to record next, and the five lines of the verdict."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +9,13 @@ import pytest
 
 from dnnvss.evaluation.cells import number_of
 from dnnvss.evaluation.report import evaluate
-from dnnvss.evaluation.verdict import verdict
-from dnnvss.phones import SPOKEN
+from dnnvss.evaluation.verdict import Verdict, verdict
+from dnnvss.phones import SILENCES, SPOKEN
 from dnnvss.runs.voice import Voice
 from dnnvss.systems import Example
 from dnnvss.text.coverage import EXAMPLES, Coverage, next_prompts, prompt_pairs, prompts
 from dnnvss.text.sentence import parse
+from dnnvss.timing import Alignment, Tier
 
 
 def heard(*texts: str) -> Coverage:
@@ -53,6 +55,11 @@ def test_what_adds_most_is_recorded_next() -> None:
 
 def judged(examples: dict[str, list[Example]], error: float, count: int,
            borrowed: tuple[str, ...] = (), listens: bool = False) -> tuple[str, ...]:
+    return judged_whole(examples, error, count, borrowed, listens).lines
+
+
+def judged_whole(examples: dict[str, list[Example]], error: float, count: int,
+                 borrowed: tuple[str, ...] = (), listens: bool = False) -> Verdict:
     rng, used = np.random.default_rng(0), examples["train"][:count]
     truth = {e.id: e.measured[0][:, 0].astype(float) for e in used}
     systems = {"model": {i: x + error * rng.normal(size=x.shape) for i, x in truth.items()},
@@ -60,7 +67,7 @@ def judged(examples: dict[str, list[Example]], error: float, count: int,
                "training mean": {i: np.zeros_like(x) for i, x in truth.items()}}
     voice = Voice(("AA",), ("sil",), "en_us", "25", "", frozenset({"sil-AA+sil"}), borrowed)
     sources = ("grid",) if borrowed else ()
-    return verdict(evaluate(systems, truth), "kernel", examples["train"], voice, sources, listens=listens).lines
+    return verdict(evaluate(systems, truth), "kernel", examples["train"], voice, sources, listens=listens)
 
 
 def test_the_verdict_says_what_the_table_says(examples: dict[str, list[Example]], tmp_path: Path) -> None:
@@ -83,6 +90,22 @@ def test_a_system_that_listens_is_not_ranked_with_the_mean_of_phones_that_are_to
     lines = judged(examples, 9.0, count, listens=True)
     assert "which is told the phones and their times" in lines[2] and "gain" not in lines[2]
     assert "worse" not in lines[4] and "learning_rate" not in lines[4]
+
+
+def test_of_speech_that_nobody_wrote_down_no_sounds_are_counted(
+        examples: dict[str, list[Example]], tmp_path: Path) -> None:
+    untold = {"train": [replace(e, alignment=_spoken_as_one(e.alignment)) for e in examples["train"]]}
+    page, own = tmp_path / "untold.html", judged_whole(untold, 9.0, 8, listens=True)
+    assert len(own.lines) == 4 and own.prompts == () and "not written down" in own.lines[1]
+    assert "English" not in own.text and "Record" not in own.text and "phone" not in own.text
+    assert "mean of speech, which is told when somebody speaks where this one listens" in own.lines[2]
+    assert "each sound" not in own.write(page, "untold").read_text()
+    assert "each sound" in judged_whole(examples, 9.0, 8, listens=True).write(page, "told").read_text()
+
+
+def _spoken_as_one(alignment: Alignment) -> Alignment:
+    return Alignment([Tier("phones", [(s.start, s.end, s.label if s.label in SILENCES else "AH")
+                                      for s in alignment["phones"]])])
 
 
 def test_the_verdict_says_what_others_lent(examples: dict[str, list[Example]]) -> None:
