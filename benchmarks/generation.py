@@ -19,9 +19,9 @@ import numpy as np
 from dnnvss.corpus import Corpus
 from dnnvss.curves import GlobalVariance, Stream, Windows, mlpg, smoothing_spline, with_global_variance
 from dnnvss.evaluation.bench import Bench
+from dnnvss.evaluation.cells import number
 from dnnvss.evaluation.comparison import Comparison, compare
 from dnnvss.evaluation.metrics import global_variance_ratio
-from dnnvss.evaluation.report import number
 from dnnvss.evaluation.runs import make_bench, not_learnt, read_run
 from dnnvss.formats.tables import aligned
 from dnnvss.runs.run import Run
