@@ -4,7 +4,7 @@
 column ``Timecode``, the number of curves, 52 shapes, then turns of the head and the eyes.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +40,18 @@ TURNS = tuple(
     part + turn for part in ("Head", "LeftEye", "RightEye") for turn in ("Yaw", "Pitch", "Roll")
 )
 """What follows them: turns of the head and the eyes."""
+_BESIDE = ("TongueTipUp", "TongueBackUp")
+"""What the packaged head has besides, and the file no column for."""
+
+
+def is_live_link(names: Iterable[str]) -> bool:
+    """Whether curves are ARKit's, so that the file loses none but the packaged head's own of the tongue.
+
+    Args:
+        names: of the curves, in any case.
+    """
+    known = {name.lower() for name in (*SHAPES, *TURNS, *_BESIDE)}
+    return all(name.lower() in known for name in names)
 
 
 def write_live_link(

@@ -10,7 +10,7 @@ import numpy as np
 
 from dnnvss import files
 from dnnvss.errors import DnnvssError
-from dnnvss.export.live_link import SHAPES, write_live_link
+from dnnvss.export.live_link import is_live_link, write_live_link
 from dnnvss.export.timecode import TimeCode
 from dnnvss.timing import FrameClock
 
@@ -74,14 +74,14 @@ def check_take_file(path: Path, head: bool = True, others: str = "") -> None:
         raise DnnvssError(
             "no head is moved by these curves, so that there is no mesh to write",
             file=path,
-            remedy="Write .json or .csv, or take rig_curves=arkit",
+            remedy="Write .json or .csv; a mesh is there for rig_curves=arkit of points or of ARKit's curves",
         )
 
 
 def write_take(path: Path, take: Take) -> Path:
     """Write a take as the suffix says, and return the path.
 
-    ``.csv`` is Live Link Face's where the curves are ARKit's, else a column a curve behind frame, seconds and time
+    ``.csv`` is Live Link Face's where all curves are ARKit's, else a column a curve behind frame, seconds and time
     code; ``.json`` holds names, frames and the time code; ``.glb`` the head with its shapes and one animation, which
     turns it where the curves do.
 
@@ -105,8 +105,7 @@ def write_take(path: Path, take: Take) -> Path:
 
 
 def _write_csv(path: Path, take: Take) -> Path:
-    known = {name.lower() for name in SHAPES}
-    if any(name.lower() in known for name in take.curves):
+    if is_live_link(take.curves):
         return write_live_link(path, take.curves, take.clock, take.start)
     codes = take.start.codes(take.frames, take.clock)
     lines = [",".join(["frame", "seconds", "timecode", *take.curves])]

@@ -152,7 +152,11 @@ def _from_csv(path: Path, rate: FrameClock | None, made_at: FrameClock | None) -
     curves = {
         name: np.interp(at, places, track) for name, track in zip(names, values.T, strict=True)
     }
-    return Take(curves, clock, _start(held.times[0], clock, held.drop))
+    if held.first:
+        start = TimeCode.from_setting(held.first, "timecode").counted(own, clock)
+    else:
+        start = _start(held.times[0], clock, held.drop)
+    return Take(curves, clock, start)
 
 
 def _usual(times: np.ndarray) -> FrameClock:

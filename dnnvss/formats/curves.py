@@ -42,6 +42,7 @@ class Curves:
         times: (F,) seconds of the time stamps, rising; None where the file has none.
         counted: frames to the second of the time codes that the times are read from; None where they are no codes.
         drop: whether those are drop-frame: of frames at 29.97 or a multiple, and times of the clock.
+        first: time code of the first frame, in a file that has time stamps beside its codes; empty elsewhere.
     """
 
     names: tuple[str, ...]
@@ -49,6 +50,7 @@ class Curves:
     times: np.ndarray | None = None
     counted: int | None = None
     drop: bool = False
+    first: str = ""
 
     def since(self, rate: Fraction | None) -> np.ndarray:
         """Seconds (F,) from the first time stamp, where the file has any.
@@ -88,7 +90,7 @@ def read_curves(path: str | Path, rate: Fraction | None = None) -> Curves:
     names = list(lines[0][1])
     rows = [checked_row(path, line, row, len(names)) for line, row in lines[1:]]
     low = [_bare(name) for name in names]
-    stamp = next((i for i, name in enumerate(low) if name == _TIMECODE or name in _TIMES), None)
+    stamp = next((i for kinds in (_TIMES, (_TIMECODE,)) for i, name in enumerate(low) if name in kinds), None)
     aside = {i for i, name in enumerate(low) if name in (_COUNT, _TIMECODE, *_TIMES, *_FRAMES)}
     aside |= {i for i, name in enumerate(names) if not name and _says_nothing([row[i] for row in rows])}
     names = [name or f"column {i + 1}" for i, name in enumerate(names)]
@@ -111,7 +113,9 @@ def read_curves(path: str | Path, rate: Fraction | None = None) -> Curves:
     counted = next((i for i, name in enumerate(low) if name in _FRAMES), None)
     if times is None and counted is not None:
         values = spread_frames(path, places, [row[counted] for row in rows], values)
-    return Curves(tuple(names[i] for i in kept), values, times, base, drop)
+    codes = next((i for i, name in enumerate(low) if name == _TIMECODE and i != stamp), None)
+    first = "" if codes is None or not _CODE.fullmatch(code := lines[1][1][codes]) else code.partition(".")[0]
+    return Curves(tuple(names[i] for i in kept), values, times, base, drop, first)
 
 
 def _bare(name: str) -> str:

@@ -40,6 +40,16 @@ def test_a_take_comes_back(tmp_path, take, suffix):
     assert read.clock == take.clock and read.start == take.start
 
 
+@pytest.mark.parametrize("start", ["01:02:03:04", "00:59:59;28"])
+def test_columns_keep_their_time_code_beside_their_times(tmp_path, start):
+    clock, first = FrameClock("29.97"), TimeCode.from_setting(start, "start")
+    path = write_take(tmp_path / "take.csv", Take({"open": np.arange(50.0), "jawOpen": np.zeros(50)}, clock, first))
+    read = read_take(path)
+    assert list(read.curves) == ["open", "jawOpen"] and read.clock == clock and str(read.start) == start
+    half = read_take(path, FrameClock("59.94"))
+    assert half.start == TimeCode(first.hours, first.minutes, first.seconds, 2 * first.frame, first.drop)
+
+
 @pytest.mark.parametrize("rate", ["23.976", "29.97", "59.94"])
 def test_frames_that_time_code_counts_to_a_whole_number_are_kept_at_the_true_rate(tmp_path, rate):
     clock, track = FrameClock(rate), np.random.default_rng(0).random(2500)

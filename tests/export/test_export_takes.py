@@ -12,6 +12,7 @@ from dnnvss.export.timecode import TimeCode
 from dnnvss.export.visemes import oculus_curves, viseme_cues, write_cues
 from dnnvss.face.mesh import packaged_head
 from dnnvss.face.mesh.gltf_read import read_gltf
+from dnnvss.face.mesh.tongue import speaking_head
 from dnnvss.formats.curves import read_curves
 from dnnvss.phones import PHONES
 from dnnvss.phones.viseme_lists import OCULUS, VISEMES
@@ -85,6 +86,14 @@ def test_curves_of_other_names_become_columns_and_json(tmp_path):
     held = json.loads(write_take(tmp_path / "take.json", take).read_text())
     assert held["names"] == ["open", "jaw"] and held["frames"] == [[0, 0.1], [0.5, 0.2]]
     assert held["rate"] == "25" and held["timecodes"][1] == "00:00:00:01"
+
+
+def test_no_curve_is_lost_beside_those_of_arkit(tmp_path):
+    """The file of the app has ARKit's names alone, and the packaged head has two of the tongue besides."""
+    beside = Take(arkit(3) | {"open": np.array([0, 0.25, 0.5])}, FrameClock(25))
+    assert write_take(tmp_path / "take.csv", beside).read_text().splitlines()[2].endswith(",0.25")
+    spoken = Take(dict.fromkeys(speaking_head().names, np.zeros(3)), FrameClock(25))
+    assert write_take(tmp_path / "take.csv", spoken).read_text().startswith("Timecode,BlendShapeCount,EyeBlinkLeft")
 
 
 def test_a_glb_needs_a_head_and_holds_its_shapes(tmp_path):
