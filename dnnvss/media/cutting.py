@@ -12,10 +12,11 @@ from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.media.containers import opened
 from dnnvss.media.decoding import Look, decoded, main_stream
-from dnnvss.media.index import PictureIndex
+from dnnvss.media.index import REMEDY, PictureIndex
 from dnnvss.media.reading import SOUND_RATE
 from dnnvss.media.storing import stretch
 from dnnvss.media.writing import SoundTrack, video_frame, video_stream
+from dnnvss.shortages import shortage_of
 
 COPIED = ("h264", "hevc", "av1", "libdav1d", "vp9", "mpeg4", "mjpeg", "mpeg2video", "mpeg1video")
 """How pictures are coded that an mp4 file can hold."""
@@ -67,7 +68,13 @@ def cut(path: Path, index: PictureIndex, sound: Path, start: float, end: float, 
     if first >= min(last, len(shown)):
         raise DnnvssError(f"has no picture from {start:.2f} to {end:.2f} s", file=path, remedy=_REMEDY)
     found = _copied(path, index, sound, int(first), int(last), out) if index.codec in COPIED else None
-    return found or _encoded(path, index, sound, int(first), int(last), out)
+    try:
+        return found or _encoded(path, index, sound, int(first), int(last), out)
+    except av.FFmpegError as error:
+        if (short := shortage_of(error, out)) is not None:
+            raise short from error
+        raise DnnvssError(f"cannot be cut from {start:.2f} to {end:.2f} s ({error})", file=path,
+                          remedy=REMEDY) from error
 
 
 def _copied(path: Path, index: PictureIndex, sound: Path, first: int, last: int, out: Path) -> Cut | None:

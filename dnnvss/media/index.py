@@ -13,8 +13,9 @@ from dnnvss.media.containers import opened
 from dnnvss.media.decoding import main_stream, numbered
 from dnnvss.media.edits import hidden
 
-_REMEDY = ("Store it anew, with times: "
-           "ffmpeg -fflags +genpts -i FILE -fps_mode passthrough -c:v libx264 -crf 12 -c:a aac OUT.mp4")
+REMEDY = ("Store it anew, with times: "
+          "ffmpeg -fflags +genpts -i FILE -vf setpts=PTS-STARTPTS -fps_mode passthrough "
+          "-c:v libx264 -crf 12 -c:a aac OUT.mp4")
 
 
 @dataclass(frozen=True)
@@ -77,14 +78,15 @@ def picture_index(path: str | Path) -> PictureIndex:
             guessed = numbered(container)
             base, codec = Fraction(stream.time_base), str(stream.codec_context.name)
         found, keys, numbers = zip(*rows, strict=True) if rows else ((), (), ())
-        if not rows or None in found or len(set(found)) < len(rows):
-            raise DnnvssError("does not say when each of its pictures is shown", file=p, remedy=_REMEDY)
+        unordered = guessed and not ordered and codec == "h264"  # which FFmpeg knows of MPEG-4 without decoding
+        if not rows or None in found or len(set(found)) < len(rows) or unordered:
+            raise DnnvssError("does not say when each of its pictures is shown", file=p, remedy=REMEDY)
         stamps = np.array(found, np.int64)
         if guessed and None not in numbers:
             late = float(np.median(np.sort(np.array(numbers, np.int64)) - np.sort(stamps))) * float(base)
         return PictureIndex(base, stamps, np.array(keys, bool), zero, codec, late)
 
-    found: PictureIndex = files.read(path, read, _REMEDY)
+    found: PictureIndex = files.read(path, read, REMEDY)
     return found
 
 
