@@ -130,6 +130,9 @@ def told(known: dict[str, Any], seen: dict[str, Any]) -> list[str]:
         notes.append(f"has {known['tracks']} tracks of sound: the first one that is not silent is heard")
     if known.get("clipped", 0) > CLIPPED:
         notes.append(f"its sound is clipped: {known['clipped']:.0%} of it is at full scale")
+    if known.get("lacks", 0) > AMISS:
+        notes.append(f"breaks off: of the {known['lasts'] + known['lacks']:.1f} s that it says it lasts, "
+                     f"{known['lasts']:.1f} s are there")
     if known["ends"] > AMISS:
         notes.append(f"its sound goes on for {known['ends']:.1f} s after its last picture (left out)")
     if known["ends"] < -AMISS:

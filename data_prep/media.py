@@ -31,8 +31,9 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
     Returns:
         ``frames`` of the file and their ``rate``; ``size`` of the upright picture and shape of its ``pixel``; whether
         it is ``plain``; the path of the ``sound``, the seconds at which it ``starts`` after the first picture and
-        ``ends`` after the last one; how many ``tracks`` of sound there are, and which share of it is ``clipped``; the
-        name of a sound that is to ``spare``.
+        ``ends`` after the last one; the seconds that it ``lasts``, and those that it ``lacks`` of what it says; how
+        many ``tracks`` of sound there are, and which share of it is ``clipped``; the name of a sound that is to
+        ``spare``.
 
     Raises:
         DnnvssError: the video cannot be read, has no sound or only silence.
@@ -56,9 +57,11 @@ def media(name: str, video: Path, out: Path, delay: float, sound: Path | None = 
     copied = write_wav(out / ".stages" / "sound" / f"{name}.wav", moved, SPEECH_RATE)
     files.write_arrays(out / ".stages" / "media" / f"{name}.npz", thumbnails=small, times=seconds)
     ends = starts - delay + len(samples) / SPEECH_RATE - duration
+    lasts = max(duration, starts + len(samples) / SPEECH_RATE) - min(starts, 0.0) if heard == video else duration
     return {"frames": len(small), "rate": str(rate), "size": list(info.size), "pixel": str(info.pixel),
             "plain": info.plain, "starts": round(starts, 5), "ends": round(ends, 2),
             "tracks": info.tracks if heard == video else 1, "clipped": round(clipped(moved), 3),
+            "lasts": round(lasts, 2), "lacks": round(max(info.seconds - lasts, 0.0), 2),
             "sound": str(copied.relative_to(out)), "spare": spare}
 
 

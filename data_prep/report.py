@@ -62,11 +62,11 @@ def write_report(out: Path, outcomes: Iterable[Outcome], found: Iterable[str] = 
     for state in ("dropped", "repaired"):
         chosen = [o for o in rows if o.status == state]
         if chosen:
-            told = [(o.id, _cell([*o.reasons, *o.notes])) for o in chosen]
+            told = [(_cell([o.id]), _cell([*o.reasons, *o.notes])) for o in chosen]
             parts += [f"## {state.capitalize()}", markdown_table(["utterance", "reason"], told)]
     noted = [o for o in rows if o.status == "kept" and o.notes]
     if noted:
-        told = [(o.id, _cell(o.notes)) for o in noted]
+        told = [(_cell([o.id]), _cell(o.notes)) for o in noted]
         parts += ["## Kept, with a note", markdown_table(["utterance", "note"], told)]
     if left_out:
         lines = [(files.printable(name), _time(a), _time(b), _cell([why])) for name, a, b, why in left_out]

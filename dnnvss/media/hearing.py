@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -151,7 +152,8 @@ def laid_blocks(container: Any, track: int, rate: int) -> Iterator[tuple[float, 
 
 def _blocks(container: Any, track: int, rate: int) -> Iterator[tuple[float, np.ndarray]]:
     line: _Line | None = None
-    for frame in container.decode(audio=track):
+    before = int(container.format.name == "aac")  # blocks of no sound with which AAC begins, as other containers tell
+    for frame in islice(container.decode(audio=track), before, None):
         line = line or _Line(rate, frame.time or 0.0)
         yield from ((line.start, block) for block in line.add(frame))
     if line is not None:

@@ -49,6 +49,7 @@ class VideoInfo:
         plain: the pictures are stored as they are shown: upright, of whole frames, their pixels square.
         told: frame rates that the file tells of its clock, the likeliest first; ``rate`` is an average.
         tracks: of sound.
+        seconds: its length, as the header tells; 0 where it does not, or only by a guess.
     """
 
     size: tuple[int, int]
@@ -58,6 +59,11 @@ class VideoInfo:
     plain: bool = True
     told: tuple[Fraction, ...] = ()
     tracks: int = 1
+    seconds: float = 0.0
+
+
+_LASTING = {"matroska", "mov", "avi", "asf"}
+"""Containers whose header tells their length."""
 
 
 def video_info(path: str | Path) -> VideoInfo:
@@ -77,9 +83,10 @@ def video_info(path: str | Path) -> VideoInfo:
             look = look_of(frame, stream) if frame is not None else Look()
             told = tuple(Fraction(r) for r in (stream.guessed_rate, stream.base_rate) if r)
             plain = not look.turned and not look.interlaced and look.pixel == 1
+            known = _LASTING & set(container.format.name.split(",")) and container.duration
             return VideoInfo(look.shown_size(stream.width, stream.height), Fraction(rate),
                              bool(container.streams.audio), look.upright_pixel, plain, told,
-                             len(container.streams.audio))
+                             len(container.streams.audio), known / av.time_base if known else 0.0)
 
     found: VideoInfo = files.read(path, probe, _REMEDY)
     return found

@@ -11,6 +11,7 @@ from films import talker_folder
 
 from data_prep.align import contrast, given
 from data_prep.folder import prepare_folder, unspeakable, unspoken, words_of, written
+from data_prep.report import Outcome, write_report
 from data_prep.shelf import Shelf
 from data_prep.splits import given_splits, read_splits, resolved
 from data_prep.upright import askew
@@ -304,3 +305,10 @@ def test_a_word_in_other_letters_is_not_passed_over() -> None:
     assert not list(unspeakable("Beta \u03b1 it's", "en_us"))
     assert unspoken(list(unspeakable("hello \u043c\u0438\u0440 friend", "en_us"))) == (
         "1 words of its text cannot be spoken, and where they are said is not learnt from: '\u043c\u0438\u0440'",)
+
+
+def test_a_name_with_a_line_break_stays_in_its_row_of_the_report(tmp_path: Path) -> None:
+    dropped = Outcome("new\nli|ne")
+    dropped.drop("its name")
+    rows = write_report(tmp_path, [dropped]).read_text().splitlines()
+    assert "| new li\\|ne | its name |" in rows

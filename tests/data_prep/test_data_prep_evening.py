@@ -2,12 +2,13 @@
 
 import json
 import shutil
+import struct
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
-from films import QUARTER, film, talker_folder
+from films import QUARTER, film, pictures, talker_folder
 from scipy.io import wavfile
 
 from data_prep.evening import moved, placed, told
@@ -161,3 +162,16 @@ def test_sound_that_ends_elsewhere_than_the_pictures_is_told(tmp_path: Path) -> 
         assert known["ends"] == pytest.approx(seconds - 2, abs=0.1)
         notes = told(known, {"size": known["size"], "untouched": True})
         assert len(notes) == bool(said) and said in "".join(notes)
+
+
+def test_a_recording_that_breaks_off_is_told(tmp_path: Path) -> None:
+    noise = np.random.default_rng(0).normal(0, 0.1, (1, 48000)).astype(np.float32)
+    path = film(tmp_path / "a.mkv", pictures(25) * 3, range(75), 25, sounds=[[(0.0, noise)]])
+    assert media("a", path, tmp_path / "out", 0.0)["lacks"] < 0.1
+    data = bytearray(path.read_bytes())
+    at = data.index(b"\x44\x89\x88") + 3  # its length in milliseconds
+    data[at : at + 8] = struct.pack(">d", 5000.0)
+    path.write_bytes(data)
+    known = media("a", path, tmp_path / "out", 0.0)
+    notes = "".join(told(known, {"size": known["size"], "untouched": True}))
+    assert "breaks off: of the 5.0 s that it says it lasts, 3.0 s are there" in notes

@@ -4,6 +4,7 @@ import wave
 from fractions import Fraction
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 from films import BACK, HALF, MIRRORED, QUARTER, film, number_of, pictures, tone, trim
@@ -82,6 +83,18 @@ def test_pictures_of_a_trimmed_recording_keep_their_place(tmp_path: Path, betwee
     assert [number_of(image) for _, image in found] == list(range(2, 12))
     assert [time for time, _ in found] == pytest.approx([k / 25 - 0.05 for k in range(2, 12)], abs=1e-4)
     assert [index.seconds(int(t)) for t in index.shown] == pytest.approx([time for time, _ in found], abs=1e-4)
+
+
+def test_raw_aac_begins_with_its_sound(tmp_path: Path) -> None:
+    noise = np.random.default_rng(0).normal(0, 0.1, (1, 2 * SPEECH_RATE)).astype(np.float32)
+    with av.open(str(tmp_path / "a.aac"), "w", format="adts") as container:
+        stream = container.add_stream("aac", rate=SPEECH_RATE, layout="mono")
+        frame = av.AudioFrame.from_ndarray(noise, format="fltp", layout="mono")
+        frame.sample_rate = SPEECH_RATE
+        container.mux([*stream.encode(frame), *stream.encode(None)])
+    heard = read_audio(tmp_path / "a.aac")
+    lags = np.correlate(heard[4000:8000], noise[0, 4000:8000], "full")
+    assert abs(int(lags.argmax()) - 3999) <= 1
 
 
 def test_sound_after_a_gap_stays_in_its_place(tmp_path: Path) -> None:
