@@ -123,6 +123,7 @@ def test_every_page_fits_a_narrow_window_and_asks_no_other_host(browser: Browser
     look(browser, 360, "dark")
     browser.wait("innerWidth === 360")
     assert browser.ask("document.documentElement.scrollWidth") <= 360
+    assert browser.ask("[...document.querySelectorAll('#commands button')].every(each => each.offsetHeight < 40)")
     if not view.startswith("viewing/viewing/") or "html" in view:  # the test itself has greys of its own
         assert browser.ask("getComputedStyle(document.body).backgroundColor") != light
     if axe():
