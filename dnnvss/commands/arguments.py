@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from dnnvss.commands.annotations import annotations, is_text, setting_paths, several_kinds
-from dnnvss.commands.conf import choices, conf_folder, groups, read_file, setting_names
+from dnnvss.commands.conf import choices, conf_folder, groups, read_file, setting_names, sweep_values
 from dnnvss.commands.usage import UsageError
 from dnnvss.settings import unknown_setting
 
@@ -114,7 +114,10 @@ def parse_arguments(command: SettingsCommand, arguments: Sequence[str]) -> Argum
     _refuse_parted(command.bare, words)
     known = _Known(command, _folders(flags))
     swept = bool({"-m", "--multirun"} & set(flags))
-    return Arguments(command, tuple(flags), tuple(known.checked(word, swept) for word in words))
+    overrides = [known.checked(word, swept) for word in words]
+    signs = known.sweeps(overrides) if swept else {}
+    named = (replace(o, sign=signs.get(o.key, o.sign)) if o.sign != "~" else o for o in overrides)
+    return Arguments(command, tuple(flags), tuple(named))
 
 
 def quoted(value: str) -> str:
@@ -225,10 +228,19 @@ class _Known:
             raise self._unknown(key, value or "")
         wrapped = not self.command.literal and value is not None and _is_wrapped(value)
         text = is_text(self.command.root, key) and not wrapped and not self._refers(value or "")
-        # some files of a group may not hold a setting that its type has: hydra adds it where it is absent. In a sweep
-        # it stays as typed, because an experiment's values of a setting give way to those under the same name alone.
-        added = "." in key and sign != "~" and not swept
-        return replace(override, text=text, sign="++" if added else sign)
+        # some files of a group may not hold a setting that its type has: hydra adds it where it is absent
+        return replace(override, text=text, sign="++" if "." in key and sign != "~" else sign)
+
+    def sweeps(self, overrides: Sequence[Override]) -> dict[str, str]:
+        """The settings of which chosen files, such as an experiment's, give a sweep its values, and their signs there.
+
+        Hydra lets these give way to what is typed under the same sign alone.
+        """
+        chosen = [folder / o.key / f"{choice}.yaml" for o in overrides if o.key in self.groups
+                  for choice in (o.value or "").split(",") for folder in self.folders]
+        names = [name for path in chosen if path.is_file() for name in sweep_values(path)]
+        found = (_PARSED.match(name) for name in names)
+        return {match["key"]: match["sign"] or "" for match in found if match is not None}
 
     def _exists(self, key: str) -> bool:
         if not key or any(not part for part in key.split(".")):

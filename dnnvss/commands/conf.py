@@ -49,6 +49,14 @@ def setting_names(folders: Sequence[Path], name: str) -> list[str]:
     return list(found)
 
 
+def sweep_values(path: Path) -> dict[str, Any]:
+    """The settings of which a file gives a sweep its values, by name with hydra's sign; none of most files."""
+    found: Any = read_file(path)
+    for name in ("hydra", "sweeper", "params"):
+        found = found.get(name) if isinstance(found, dict) else None
+    return found if isinstance(found, dict) else {}
+
+
 def help_text(folder: Path, name: str) -> str:
     """The settings of a command with what they mean, from its file and the folders of its groups."""
     text = (folder / f"{name}.yaml").read_text(encoding="utf-8")

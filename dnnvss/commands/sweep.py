@@ -132,7 +132,7 @@ class NameFailures(Notes):
         """Name the jobs that failed, and what else did."""
         failed = self.taken()
         if failed:
-            names = "; ".join(" ".join(job["given"]) or "the only one" for job in failed)
+            names = "; ".join(" ".join(g.lstrip("+") for g in job["given"]) or "the only one" for job in failed)
             print(f"error: {len(failed)} run(s) of the sweep failed: {names}", file=sys.stderr)
         for what in self.undone:
             print(f"error: {what}", file=sys.stderr)

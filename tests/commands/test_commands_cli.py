@@ -6,6 +6,7 @@ import runpy
 import sys
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import pytest
 from conftest import ROOT, composed, run_command
@@ -70,7 +71,33 @@ def test_other_settings_are_left_to_hydra() -> None:
     given = parse_arguments(speak.COMMAND, ["rate=25", "text=null", "style.rest=true", "+style.by_group.jaw=2"])
     assert given.for_hydra() == ["rate=25", "text=null", "++style.rest=true", "++style.by_group.jaw=2"]
     swept = parse_arguments(train.COMMAND, ["-m", "+experiment=table2", "labels=ph", "corpus.split=,unseen"])
-    assert swept.for_hydra() == ["-m", "experiment=table2", "labels=ph", "corpus.split='','unseen'"]
+    assert swept.for_hydra() == ["-m", "experiment=table2", "labels=ph", "++corpus.split='','unseen'"]
+
+
+def test_what_is_swept_replaces_an_experiments_values_or_is_added_where_no_file_holds_it(tmp_path: Path) -> None:
+    def handed_on(*typed: str) -> list[str]:
+        return parse_arguments(train.COMMAND, ["-m", *typed]).for_hydra()[1:]
+
+    assert handed_on("+experiment=table4", "model.network.hidden=[5],[6]")[1] == "model.network.hidden=[5],[6]"
+    assert handed_on("+experiment=segments", "++labels.segment=3,5")[1] == "labels.segment=3,5"
+    assert handed_on("labels.segment=3,5", "model=kernel", "model.width=0.5,0.7") == [
+        "++labels.segment=3,5", "model=kernel", "++model.width=0.5,0.7"]
+    assert handed_on("+experiment=table4", "~model.network.hidden")[1] == "~model.network.hidden"
+    (tmp_path / "experiment").mkdir()
+    (tmp_path / "experiment" / "own.yaml").write_text(
+        "# @package _global_\nhydra: {sweeper: {params: {++model.width: '1,2'}}}\n")
+    assert handed_on("--config-dir", str(tmp_path), "experiment=own", "model.width=3")[3] == "++model.width=3"
+
+
+def test_runs_of_a_sweep_that_lack_a_setting_fail_by_themselves(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_command("train", "-m", "model=hsmm,kernel", "model.width=0.5") == 1
+    told = capsys.readouterr().err
+    assert "error: model.width is no setting of model=hsmm, which has model.growth" in told
+    assert "error: data/demo/corpus.json: no such file" in told  # the other run lacks nothing but its corpus
+    assert told.splitlines()[-1] == ("error: 2 run(s) of the sweep failed: model=hsmm model.width=0.5; "
+                                     "model=kernel model.width=0.5")
 
 
 @pytest.mark.parametrize("typed, said", [
@@ -94,8 +121,8 @@ def test_other_settings_are_left_to_hydra() -> None:
     ("train model=hsmm model.network.hiden=[5]",
      "model.network is no setting of model=hsmm, which has model.growth, model.duration_growth, model.realignments. "
      "Leave it out, or take one of model=blend, convolutional, feedforward, gaussian, guided, recurrent."),
-    ("train -m model=hsmm,kernel model.network.hiden=[5]",
-     "model.network.hiden is no setting of every run that is asked for. Check its name, or leave out the systems"),
+    ("train -m hydra.hiden=5",
+     "hydra.hiden is no setting of every run that is asked for. Check its name, or leave out the systems"),
     ("train model.network.hidden=[5]", "model.network is no setting of model=auto, which has model.candidates,"),
     ("train model=feedforward model.network.hiden=[5]",
      "model.network.hiden is no setting. Did you mean model.network.hidden?"),
