@@ -38,6 +38,12 @@ def choices(folders: Iterable[Path], group: str) -> list[str]:
     return sorted({path.stem for folder in folders for path in (folder / group).glob("*.yaml")})
 
 
+def choice_file(group: str, named: str) -> Path:
+    """The file of a group's choice by its name, wherever the package lies; any other word is the path of a file."""
+    own = conf_folder() / group / f"{named}.yaml"
+    return own if named in choices([conf_folder()], group) else Path(named)
+
+
 def setting_names(folders: Sequence[Path], name: str) -> list[str]:
     """The dotted names of all settings in ``name.yaml`` and in the files of its groups."""
     found = dict.fromkeys(_names(_own(folders[0] / f"{name}.yaml")))

@@ -1,12 +1,12 @@
-"""``dnnvss features conf/labels/ph.yaml``: a feature table as Markdown: level, width, slice and source of its blocks.
+"""``dnnvss features ph``: a feature table as Markdown: level, width, slice and source of its blocks.
 
-Without a file it prints the whole page on features, ``docs/features.md``, from all configurations.
+Without labels it prints the whole page on features, ``docs/features.md``, from all configurations.
 """
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from dnnvss.commands.conf import conf_folder, read_choice
+from dnnvss.commands.conf import choice_file, choices, conf_folder, read_choice
 from dnnvss.commands.flags import Flags, given_as
 from dnnvss.commands.usage import DONE
 from dnnvss.errors import DnnvssError
@@ -16,7 +16,8 @@ from dnnvss.timing import FrameClock
 def main(arguments: Sequence[str]) -> int:
     """Print what the arguments ask for."""
     parser = Flags(prog="dnnvss features", description=__doc__)
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files of conf/labels")
+    parser.add_argument("files", nargs="*", type=lambda named: choice_file("labels", named), metavar="LABELS",
+                        help=f"{', '.join(choices([conf_folder()], 'labels'))}, or files of your own")
     parser.add_argument("--rate", type=given_as(FrameClock), default=FrameClock(100),
                         help="frames a second, to state windows in milliseconds (100)")
     parser.add_argument("--conf", type=Path, default=conf_folder() / "labels",

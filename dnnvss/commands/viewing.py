@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from dnnvss import files
-from dnnvss.commands.conf import choices, conf_folder, read_file
+from dnnvss.commands.conf import choice_file, choices, conf_folder, read_file
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE, UsageError
 from dnnvss.errors import DnnvssError
@@ -39,9 +39,9 @@ def read_design(name: str) -> Design:
     Raises:
         DnnvssError: there is none, or a setting in it is wrong.
     """
-    known = choices([conf_folder()], _GROUP)
-    path = conf_folder() / _GROUP / f"{name}.yaml" if name in known else Path(name)
+    path = choice_file(_GROUP, name)
     if not path.is_file():
+        known = choices([conf_folder()], _GROUP)
         raise UsageError(f"there is no design {name}", remedy=f"Use one of {', '.join(known)}, or a file of your own")
     try:
         return read_settings(Design, read_file(path), "")

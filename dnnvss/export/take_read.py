@@ -166,7 +166,7 @@ def _usual(times: np.ndarray) -> FrameClock:
     clocks = [FrameClock(rate) for rate in _RATES]
     nearest = min(clocks, key=lambda c: abs(float(c.rate) / mean - 1))
     near = abs(float(nearest.rate) / mean - 1) < _NEAR
-    return nearest if near else FrameClock(round(mean, 3))
+    return nearest if near else FrameClock(float(f"{mean:.6g}"))
 
 
 def _start(seconds: float, clock: FrameClock, drop: bool) -> TimeCode:

@@ -17,8 +17,8 @@ _INTRODUCTION = """# Features
 This page is written by `python -m dnnvss features > docs/features.md`; a test compares it with the code.
 
 A feature table is a list of blocks, chosen by name in `conf/labels/*.yaml`. Widths, slices, column names and the
-hash that a checkpoint carries derive from the blocks. `python -m dnnvss features conf/labels/ph.yaml` prints one
-table with its slices.
+hash that a checkpoint carries derive from the blocks. `python -m dnnvss features ph` prints one table with
+its slices.
 
 What the paper leaves open, and what we chose:
 

@@ -140,7 +140,7 @@ def test_a_take_far_too_long_is_refused(tmp_path: Path, capsys: pytest.CaptureFi
     rows = [",".join(["seconds", *names]), ",".join(["0"] * 1001), ",".join(["3600", *["1"] * 1000])]
     (tmp_path / "t.csv").write_text("\n".join([*rows, ""]))
     assert run_command("rig", tmp_path / "t.csv", "--rate", "60", "--out", tmp_path / "a.csv") == 1
-    assert "216,001 frames of 1000 curves are too many" in capsys.readouterr().err
+    assert "432,000 frames of 1000 curves are too many" in capsys.readouterr().err
 
 
 def test_the_name_of_a_file_is_no_text(tmp_path: Path) -> None:

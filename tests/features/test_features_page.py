@@ -25,6 +25,13 @@ def test_one_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(lines) == 7 + 16
 
 
+def test_labels_are_found_by_their_name_from_any_folder(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_command("features", "ph_b") == 0
+    assert capsys.readouterr().out.startswith("## ph_b\n\n332 columns")
+
+
 def test_errors_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command("features", str(tmp_path / "none.yaml")) == 1
     assert "no such file" in capsys.readouterr().err
