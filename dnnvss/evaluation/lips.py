@@ -87,8 +87,8 @@ def lip_events(
         level: at or below it the lips are closed (or, for f and v, near enough).
         speech: (T,) bool; closures outside it do not count. All frames where None.
         phones: the labels.
-        valid: (T,) bool, the frames in which the reference was measured; phones with others do not count. All where
-            None.
+        valid: (T,) bool, the frames in which the reference was measured; phones and closures with others in them or in
+            their margin do not count. All where None.
     """
     inside = np.ones(len(reference), bool) if speech is None else speech
     asked = reached = 0
@@ -102,11 +102,11 @@ def lip_events(
                 own, true = _onset(predicted, span, level), _onset(reference, span, level)
                 if inside[max(own - 1, 0)] and inside[max(true - 1, 0)] and min(own, true) > 0:
                     errors.append((own - true) / float(clock.rate))
-    runs = closures(predicted, level, inside)
     margin = clock.edge(MARGIN)
-    right = sum(bool((reference[max(a - margin, 0) : b + margin] <= level).any()) for a, b in runs)
+    wide = [slice(max(a - margin, 0), b + margin) for a, b in closures(predicted, level, inside)]
+    right = [bool((reference[span] <= level).any()) for span in wide if valid is None or valid[span].all()]
     return LipEvents(
-        asked, reached, len(runs), right, len(errors), float(np.sum(errors)), float(np.abs(errors).sum()),
+        asked, reached, len(right), sum(right), len(errors), float(np.sum(errors)), float(np.abs(errors).sum()),
         float(sum(predicted[span].min() for span in searched)), len(searched),
     )
 

@@ -77,3 +77,12 @@ def test_a_mouth_that_was_closed_before_speech_has_no_onset():
 def test_phones_in_which_the_talker_does_not_close_are_not_asked_for():
     e = lip_events(track((22, 25)), track((22, 25), (52, 54)), TIER, CLOCK, 0.5, SPEECH)
     assert (e.asked, e.reached, e.predicted, e.right) == (1, 1, 2, 1)
+
+
+def test_closures_beside_frames_that_were_not_measured_do_not_count():
+    truth = track((22, 25))
+    truth[33:37] = 0.0  # filled in
+    valid = np.ones(90, bool)
+    valid[32:38] = False
+    e = lip_events(truth, track((22, 25), (39, 41), (52, 54)), TIER, CLOCK, 0.5, SPEECH & valid, valid=valid)
+    assert (e.predicted, e.right) == (2, 1)

@@ -60,11 +60,11 @@ def scores(truth: Lips, made: Lips, watched: Watched) -> dict[str, tuple[float, 
 
 
 def _share(asked: Lips, other: Lips, inside: np.ndarray, watched: Watched) -> tuple[float, float]:
-    """Closures in one video at which the lips of the other are seen to be closed, and their number."""
+    """Closures in one video at which the lips of the other are closed, and their number; those beside frames in which
+    the other's lips were not seen do not count."""
     near = watched.clock.edge(NEAR)
-    spans = closures(asked.tracks[:, 0], watched.level, inside)
-    closed = other.seen & (other.tracks[:, 0] <= watched.level)
-    met = [bool(closed[max(a - near, 0):b + near].any()) for a, b in spans]
+    spans = [slice(max(a - near, 0), b + near) for a, b in closures(asked.tracks[:, 0], watched.level, inside)]
+    met = [bool((other.tracks[span, 0] <= watched.level).any()) for span in spans if other.seen[span].all()]
     return float(sum(met)), float(len(met))
 
 
