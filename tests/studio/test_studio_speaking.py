@@ -395,6 +395,14 @@ def test_files_are_known_by_their_names_and_those_that_are_none_are_named(browse
     browser.wait("document.getElementById('said').textContent.startsWith('notes.png: cannot be read')")
 
 
+def test_a_text_that_is_too_long_is_refused_and_not_cut_off(browser: Browser, client: Client) -> None:
+    ready(browser, client)
+    browser.ask("document.getElementById('text').focus()")
+    browser.call("Input.insertText", text="a " * 10_001)
+    browser.ask("document.getElementById('speak').click()")
+    browser.wait("document.getElementById('said').textContent.includes('has 20001 signs. Say at most 20000')")
+
+
 def test_a_studio_that_is_gone_is_told_in_words(browser: Browser, client: Client) -> None:
     ready(browser, client)
     browser.ask("window.fetch = () => Promise.reject(new TypeError('Failed to fetch'))")
