@@ -17,11 +17,11 @@ def lag(reference: np.ndarray, predicted: np.ndarray, clock: FrameClock, longest
     matches.
 
     The lag at which the normalised cross-correlation of the two velocities (first differences) is greatest, over lags
-    up to ``longest``, refined by a parabola through the peak and its neighbours. Where the greatest value is not
-    positive there is no match.
+    up to ``longest`` that leave half of the frames or more to compare (fewer match by chance), refined by a parabola
+    through the peak and its neighbours. Where the greatest value is not positive there is no match.
     """
     r, p = np.diff(reference), np.diff(predicted)
-    reach = min(clock.edge(longest), len(r) - 2)
+    reach = min(clock.edge(longest), len(r) // 2, len(r) - 2)
     if reach < 1 or r.std() == 0 or p.std() == 0:
         return float("nan")
     values = np.array([_overlap_correlation(r, p, k) for k in range(-reach, reach + 1)])

@@ -23,6 +23,14 @@ def test_lag_between_frames():
     assert lag(x, late, CLOCK) == pytest.approx(0.034, abs=1e-3)
 
 
+def test_few_frames_that_match_by_chance_are_no_lag():
+    """Words of a quarter of a second, predicted in time: at lags of 200 ms five frames are left to compare."""
+    rng = np.random.default_rng(0)
+    words, errors = (gaussian_filter1d(rng.normal(size=(300, 65)), 4, axis=1)[:, 20:45] for _ in range(2))
+    lags = [lag(x, x + 0.5 * e, CLOCK) for x, e in zip(words, errors, strict=True)]
+    assert np.mean(np.abs(lags) <= 0.04) > 0.95
+
+
 def test_no_lag_without_movement_or_match():
     x = np.sin(np.arange(100.0))
     assert np.isnan(lag(x, np.zeros(100), CLOCK)) and np.isnan(lag(x[:2], x[:2], CLOCK))
