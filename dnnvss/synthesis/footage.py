@@ -88,7 +88,7 @@ def _nets(beside: Path, found: bool) -> Path:
     try:
         return find_task()
     except DnnvssError as error:
-        raise DnnvssError(f"no such file, and {error.problem}", file=beside, remedy="Run make extras") from error
+        raise DnnvssError(f"no such file, and {error.problem}", file=beside, remedy=error.remedy) from error
 
 
 def _found(path: Path, task: Path, images: list[np.ndarray]) -> Landmarks:

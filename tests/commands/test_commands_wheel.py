@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -21,6 +22,17 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     subprocess.run([sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation",
                     "--disable-pip-version-check", "-w", folder, ROOT], check=True, capture_output=True)
     return next(folder.glob("*.whl"))
+
+
+def test_a_source_distribution_holds_all_that_is_kept() -> None:
+    if not (ROOT / ".git").exists():
+        pytest.skip("this is no clone")
+    kept = subprocess.run(["git", "ls-tree", "--name-only", "HEAD"], cwd=ROOT, check=True, capture_output=True,
+                          text=True)
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    held = {name.removeprefix("/") for name in settings["tool"]["hatch"]["build"]["targets"]["sdist"]["include"]}
+    by_itself = {".gitignore", "LICENSE", "README.md", "pyproject.toml"}  # hatchling takes these unasked
+    assert set(kept.stdout.split()) <= held | by_itself
 
 
 @pytest.mark.slow

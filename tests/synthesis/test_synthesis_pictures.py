@@ -70,10 +70,10 @@ def test_landmarks_that_nets_find_need_not_lie_beside_the_video(
     monkeypatch.setattr("dnnvss.synthesis.footage.mesh_groups", lambda: GROUPS)
 
     def lacking() -> Path:
-        raise DnnvssError("the nets are not here", remedy="Run make extras")
+        raise DnnvssError("the nets are not here", remedy="Install them so")
 
     monkeypatch.setattr("dnnvss.synthesis.footage.find_task", lacking)
-    with pytest.raises(DnnvssError, match=r"film\.npz: no such file, and the nets are not here\. Run make extras"):
+    with pytest.raises(DnnvssError, match=r"film\.npz: no such file, and the nets are not here\. Install them so"):
         read_footage(run, str(film))  # type: ignore[arg-type]
     monkeypatch.setattr("dnnvss.synthesis.footage.find_task", lambda: film)
     monkeypatch.setattr("dnnvss.synthesis.footage.Landmarker", lambda task: task)

