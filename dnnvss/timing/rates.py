@@ -1,5 +1,6 @@
 """The frame rates that cameras have, and which of them time stamps tell."""
 
+from bisect import bisect_left
 from collections.abc import Collection, Sequence
 from fractions import Fraction
 
@@ -69,8 +70,32 @@ def even_frames(times: np.ndarray, rate: Fraction) -> tuple[np.ndarray, np.ndarr
 
 
 def rising(times: Sequence[float | None], rate: Fraction) -> np.ndarray:
-    """Time stamps (F,) in seconds from 0; those of the rate where some are absent or do not rise."""
+    """Time stamps (F,) in seconds from 0.
+
+    Stamps that are absent or stand out of their order lie between their neighbours; where the first one or half of them
+    are amiss, frames are at the rate.
+    """
     known = np.array([np.nan if t is None else t for t in times], float)
-    if not np.isfinite(known).all() or (np.diff(known) <= 0).any():
-        return np.arange(len(known)) / float(rate)
-    return known - known[:1]
+    if np.isfinite(known).all() and (np.diff(known) > 0).all():
+        return known - known[:1]
+    every, kept = np.arange(len(known)), _in_order(known)
+    if not len(kept) or kept[0] or 2 * len(kept) <= len(known):
+        return every / float(rate)
+    found = np.interp(every, kept, known[kept])
+    found[kept[-1] :] = known[kept[-1]] + (every[kept[-1] :] - kept[-1]) / float(rate)
+    return found - found[0]
+
+
+def _in_order(known: np.ndarray) -> np.ndarray:
+    """Numbers of the most stamps (F,) that rise, NaN none of them: the longest increasing subsequence."""
+    ends, last, before = list[float](), list[int](), dict[int, int]()
+    for k in np.flatnonzero(np.isfinite(known)).tolist():
+        at = bisect_left(ends, known[k])
+        before[k] = last[at - 1] if at else -1
+        ends[at : at + 1], last[at : at + 1] = [known[k]], [k]
+    chain = list[int]()
+    k = last[-1] if last else -1
+    while k >= 0:
+        chain.append(k)
+        k = before[k]
+    return np.array(chain[::-1], int)

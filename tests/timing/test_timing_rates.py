@@ -63,3 +63,13 @@ def test_stamps_that_are_absent_or_fall_give_way_to_the_rate() -> None:
     assert rising([None, 0.1, 0.2], Fraction(10)).tolist() == [0, 0.1, 0.2]
     assert rising([0.5, 0.4, 0.7], Fraction(10)).tolist() == [0, 0.1, 0.2]
     assert rising([1.4, 1.5, 1.7], Fraction(10)) == pytest.approx([0, 0.1, 0.3])
+
+
+@pytest.mark.parametrize("wrong", [None, 1.1, 1e6, 0.0])
+def test_one_stamp_amiss_leaves_the_others_where_they_are(wrong: float | None) -> None:
+    """Frames at a variable rate, which a constant one would draw apart from their sound."""
+    true = np.cumsum([0.9, 0.1, 0.1, 0.4, 0.1, 0.3, 0.1, 0.1])
+    stamps = [*true[:4].tolist(), wrong, *true[5:].tolist()]
+    found = rising(stamps, Fraction(10)) + 0.9
+    assert np.delete(found, 4) == pytest.approx(np.delete(true, 4)) and true[3] < found[4] < true[5]
+    assert rising([*true[:7], None], Fraction(10)) + 0.9 == pytest.approx(true)
