@@ -16,6 +16,7 @@ from secrets import token_urlsafe
 from dnnvss.commands.flags import Flags, whole
 from dnnvss.commands.usage import DONE
 from dnnvss.errors import DnnvssError
+from dnnvss.runs.files import RunFiles
 from dnnvss.style.generator import StyleSettings
 
 FOLDERS = ("data", "labels", "heads", "viewing")
@@ -55,6 +56,7 @@ def main(arguments: Sequence[str]) -> int:
     from dnnvss.studio.server import Server
     from dnnvss.studio.speaking import SpeakingDesk
 
+    _check_runs(options.runs)
     token, made = _token(options.host)
     limits = PoolLimits(options.workers, options.waiting, working=options.seconds)
     requests = Requests(options.log, options.log_texts)
@@ -70,6 +72,19 @@ def main(arguments: Sequence[str]) -> int:
     finally:
         desk.close()
     return DONE
+
+
+def _check_runs(runs: Path) -> None:
+    """Refuse what is no folder of runs; one that is not there yet is made with the built-in talker.
+
+    Raises:
+        DnnvssError: a file, or a run itself.
+    """
+    if runs.exists() and not runs.is_dir():
+        raise DnnvssError("is no folder of runs", file=runs, remedy="Give the folder that holds runs")
+    if RunFiles(runs).config.is_file():
+        raise DnnvssError("is a run itself", file=runs,
+                          remedy=f"Give the folder that holds it: dnnvss studio {runs.absolute().parent}")
 
 
 @contextmanager

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 import scipy.io.wavfile
 
-from dnnvss.commands.studio import _token
+from dnnvss.commands.studio import _token, main
 from dnnvss.errors import DnnvssError
 from dnnvss.records import as_record
+from dnnvss.runs.files import RunFiles
 from dnnvss.studio.page import Seen
 from dnnvss.studio.requests import Requests
 from dnnvss.studio.speaking import Change, Saying, SpeakingDesk
@@ -49,7 +50,7 @@ def test_the_description_names_every_route_and_setting(tmp_path: Path) -> None:
         assert set(told["paths"]) == {route.path for route in routes}
         schema = told["paths"]["/v1/speak"]["post"]["requestBody"]["content"]["application/json"]["schema"]
         assert schema["required"] == ["run"]
-        assert schema["properties"]["speed"] == {"type": "number", "minimum": 0.2, "maximum": 5,
+        assert schema["properties"]["speed"] == {"type": "number", "minimum": 0.25, "maximum": 4,
                                                  "description": "against the talker's"}
         assert set(told["paths"]["/v1/takes/{take}"]["post"]["requestBody"]["content"]["application/json"]["schema"]
                    ["properties"]) == set(Change.__dataclass_fields__)
@@ -66,6 +67,21 @@ def test_what_is_brought_and_cannot_be_read_is_told_in_words(tmp_path: Path) -> 
         asyncio.run(uploads.alignment("a.exe", b""))
     with pytest.raises(DnnvssError, match="not kept"):
         uploads.path("nothing")
+
+
+@pytest.mark.parametrize("speed", [0.24, 4.01])
+def test_a_speed_that_no_sentence_is_said_at_is_refused_before_it_is_said(speed: float) -> None:
+    with pytest.raises(DnnvssError, match="speed="):
+        asked(text="hello", speed=speed)
+
+
+def test_a_run_in_place_of_the_folder_that_holds_it_is_told(tmp_path: Path) -> None:
+    (run := tmp_path / "runs" / "one").mkdir(parents=True)
+    RunFiles(run).config.touch()
+    with pytest.raises(DnnvssError, match=f"is a run itself.*dnnvss studio {run.parent}"):
+        main([str(run)])
+    with pytest.raises(DnnvssError, match="is no folder of runs"):
+        main([str(RunFiles(run).config)])
 
 
 def test_who_leaves_ends_the_process_that_reads_what_was_brought(tmp_path: Path) -> None:

@@ -80,7 +80,7 @@ class Saying(Change):
     alignment: Mapping[str, Any] | None = setting(None, doc="phone times: tier to edges in seconds and labels")
     pronunciations: Mapping[str, str] = setting({}, doc="word to phones, where the dictionary is wrong")
     engine: str = setting("auto", choices=("auto", *ENGINES, CORPUS, "none"), doc="whose voice; none for a silent face")
-    speed: float = setting(1.0, least=0.2, most=5, doc="against the talker's")
+    speed: float = setting(1.0, least=0.25, most=4, doc="against the talker's")
     rate: str | None = setting(None, doc="pictures a second; the corpus's own where null")
     view: str = setting("face", doc="face, patch or mesh")
 
