@@ -11,14 +11,16 @@ from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
 from dnnvss.formats.numbers import whole
 from dnnvss.formats.pace import check_cues
-from dnnvss.formats.recognisers import SHAPES, Row
+from dnnvss.formats.recognisers import SHAPES
+from dnnvss.formats.timed_rows import Row
 from dnnvss.formats.unsaid import without_remarks
 
 _REMEDY = ("Give the JSON of Whisper, WhisperX, whisper.cpp, Vosk, Deepgram, AWS, Azure, Google, Watson, "
-           "AssemblyAI, Speechmatics, Rev, Gentle or the Montreal Forced Aligner, or write "
+           "AssemblyAI, Speechmatics, Rev, Gladia, Soniox, NeMo, Gentle or the Montreal Forced Aligner, or write "
            'a list [{"start": 0.5, "end": 0.9, "text": "word"}, ...]')
 _TABLE = "Write the line start, end, text and a line a sentence, times in milliseconds, with tabs between"
 _LAST = 1e6  # seconds
+_CLOCK = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):(\d{1,2}(?:[.,]\d{1,9})?)", re.ASCII)
 
 
 def read_recognised(path: str | Path) -> tuple[Cue, ...]:
@@ -36,7 +38,7 @@ def read_recognised(path: str | Path) -> tuple[Cue, ...]:
     for shape in SHAPES:
         try:
             found = list(shape(data))
-        except (KeyError, TypeError, IndexError, AttributeError, ValueError, OverflowError):
+        except (KeyError, TypeError, IndexError, AttributeError, ValueError, OverflowError, RecursionError):
             continue
         if found:
             spoken = ((a, b, " ".join(without_remarks(str(text)).split()), unit) for a, b, text, unit in found)
@@ -93,12 +95,15 @@ def _cue(row: Row, path: Path, remedy: str = _REMEDY) -> Cue:
 
 
 def _time(value: Any, unit: float) -> float | None:
-    """Seconds of a number, of ``"1.500s"``, or of whole seconds and nanoseconds; None where it is neither."""
+    """Seconds of a number, of ``"1.500s"``, ``"0:00:01.5"``, or of seconds and nanoseconds; None where it is none."""
     if isinstance(value, Mapping) and set(value) <= {"seconds", "nanos"}:
         whole, rest = _time(value.get("seconds", 0), 1.0), _time(value.get("nanos", 0), 1e9)
         value = None if whole is None or rest is None else whole + rest
     if isinstance(value, str) and (match := re.fullmatch(r"(\d{1,9}(?:\.\d{1,12})?)s?", value.strip(), re.ASCII)):
         value = float(match[1])
+    if isinstance(value, str) and (match := _CLOCK.fullmatch(value.strip())):
+        hours, minutes, seconds = match.groups(default="0")
+        return int(hours) * 3600 + int(minutes) * 60 + float(seconds.replace(",", "."))
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < _LAST * unit:
         return None
     return float(value / unit)

@@ -4,23 +4,17 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-Row = tuple[Any, Any, Any, float]
-"""Start, end and text as they stand, and how many of the unit of times are a second."""
+from dnnvss.formats.timed_rows import Row, timed_rows
 
 _TICKS = 1e7
 """Units of 100 ns in a second, in which Azure counts."""
-_STARTS = ("start", "begin", "start_time", "startTime", "Start", "from")
-_ENDS = ("end", "stop", "end_time", "endTime", "End", "to")
-_NO_WORDS = ("spacing", "audio_event")
-"""Types of what stands between words."""
-_TEXTS = ("text", "word", "punctuated_word", "label", "Word", "Text", "content")
 
 
 def _whisper(data: Any) -> Iterator[Row]:
     for segment in data["segments"]:
         words = segment.get("words") or []
         if words and all("start" in word and _end(word) is not None for word in words):
-            yield from ((w["start"], _end(w), _first(w, _TEXTS), 1.0) for w in words)
+            yield from ((w["start"], _end(w), _text(w), 1.0) for w in words)
         else:
             yield segment["start"], _end(segment), segment["text"], 1.0
 
@@ -76,12 +70,29 @@ def _aws(data: Any) -> Iterator[Row]:
 
 
 def _google(data: Any) -> Iterator[Row]:
-    for result in data["results"]:
-        for word in result["alternatives"][0].get("words", []):
+    """Google's results, in an answer of their own or in that of a long operation, whose times of 0 are left out.
+
+    With who speaks comes a last result that holds all words again.
+    """
+    spoken = [result["alternatives"][0].get("words", []) for result in _results(data) if "alternatives" in result]
+    *first, last = [words for words in spoken if words]
+    if [word["word"] for words in first for word in words] == [word["word"] for word in last]:
+        first = []
+    for words in [*first, last]:
+        for word in words:
             start, end = (next((word[k] for k in (f"{edge}Time", f"{edge}Offset", f"{edge}_time",
                                                   f"{edge}_offset") if k in word), default)
                           for edge, default in (("start", 0), ("end", None)))
             yield start, end, word["word"], 1.0
+
+
+def _results(value: Any) -> list[Any]:
+    """The first list under the name ``results``; none where there is none."""
+    if not isinstance(value, dict):
+        return []
+    if isinstance(found := value.get("results"), list):
+        return found
+    return next((found for inner in value.values() if (found := _results(inner))), [])
 
 
 def _watson(data: Any) -> Iterator[Row]:
@@ -145,27 +156,18 @@ def _assembly(data: Any) -> Iterator[Row]:
         yield from ((w["start"], w["end"], w["text"], 1000.0) for w in data["words"])
 
 
-def _plain(data: Any) -> Iterator[Row]:
-    """A list of rows, or Gentle's ``words``, of which those that it did not find have no times."""
-    rows = data if isinstance(data, list) else data["words"]
-    for row in rows:
-        if row.get("case") != "not-found-in-audio" and row.get("type") not in _NO_WORDS:
-            yield _first(row, _STARTS), _end(row), _first(row, _TEXTS), 1.0
-
-
 def _end(row: dict[str, Any]) -> Any:
     """When a row ends, by its end or by how long it lasts; None where neither is told."""
-    if any(name in row for name in _ENDS):
-        return _first(row, _ENDS)
-    start, lasts = _first(row, _STARTS), row.get("duration")
-    return start + lasts if isinstance(start, int | float) and isinstance(lasts, int | float) else None
+    start, lasts = row["start"], row.get("duration")
+    return row.get("end") if "end" in row or lasts is None else start + lasts
 
 
-def _first(row: dict[str, Any], names: tuple[str, ...]) -> Any:
-    return row[next((name for name in names if name in row), names[0])]
+def _text(row: dict[str, Any]) -> Any:
+    return row["text"] if "text" in row else row["word"]
 
 
 SHAPES: tuple[Callable[[Any], Iterator[Row]], ...] = (
     _whisper, _whisper_cpp, _hugging_face, _vosk, _deepgram, _aws, _google, _watson, _azure, _azure_fast,
-    _rev, _youtube, _aeneas, _textgrid, _assembly, _plain)
-"""Each yields the rows of JSON of its shape, and none, or an error of a missing key, of any other."""
+    _rev, _youtube, _aeneas, _textgrid, _assembly, timed_rows)
+"""Each yields the rows of JSON of its shape, and none, or an error of a missing key, of any other; what has no shape
+of its own is searched."""

@@ -211,8 +211,46 @@ RECOGNISED: dict[str, Any] = {
                              {"begin": "1.000", "end": "1.500", "lines": ["You."]}]},
     "montreal": {"start": 0, "end": 2, "tiers": {"words": {"type": "interval", "entries": [
         [0.5, 0.9, "Hi."], [1.0, 1.5, "You."]]}, "phones": {"type": "interval", "entries": [[0.5, 0.9, "HH"]]}}},
-    "gentle": {"transcript": "", "words": [{"word": "Hi.", "case": "success", **WORD}, {
-        "word": "no", "case": "not-found-in-audio"}, {"word": "You.", "case": "success", "start": 1, "end": 1.5}]},
+    "google, who speaks": {"response": {"results": [
+        {"alternatives": [{"words": [{"startTime": "0.5s", "endTime": "0.9s", "word": "Hi."}]}]},
+        {"alternatives": [{"words": [{"startTime": "1s", "endTime": "1.5s", "word": "You."}]}]},
+        {"alternatives": [{"words": [
+            {"startTime": "0.5s", "endTime": "0.9s", "word": "Hi.", "speakerTag": 1},
+            {"startTime": "1s", "endTime": "1.5s", "word": "You.", "speakerTag": 2}]}]}]}},
+    "google, a batch": {"results": {"gs://a/b.wav": {"transcript": {"results": [{"alternatives": [{"words": [
+        {"startOffset": "0.500s", "endOffset": "0.900s", "word": "Hi."},
+        {"startOffset": "1s", "endOffset": "1.500s", "word": "You."}]}]}]}}}},
+    "nemo": {"text": "Hi. You.", "timestamp": {
+        "char": [{"char": ["H"], "start": 0.5, "end": 0.6}],
+        "word": [{"word": "Hi.", "start_offset": 6, "end_offset": 11, **WORD},
+                 {"word": "You.", "start_offset": 12, "end_offset": 19, "start": 1.0, "end": 1.5}],
+        "segment": [{"segment": "Hi. You.", "start": 0.5, "end": 1.5}]}},
+    "gladia": {"metadata": {}, "result": {"transcription": {"full_transcript": "Hi. You.", "utterances": [
+        {"text": "Hi. You.", "start": 0.5, "end": 1.5, "channel": 0, "words": [
+            {"word": "Hi.", **WORD}, {"word": " You.", "start": 1.0, "end": 1.5}]}]}}},
+    "gladia, first": {"prediction": [
+        {"time_begin": 0.5, "time_end": 0.9, "transcription": "Hi."},
+        {"time_begin": 1, "time_end": 1.5, "transcription": "You."}]},
+    "deepgram, utterances": {"results": {"utterances": [
+        {"start": 0.5, "end": 1.5, "transcript": "Hi. You.", "words": [
+            {"word": "hi", "punctuated_word": "Hi.", **WORD},
+            {"word": "you", "punctuated_word": "You.", "start": 1.0, "end": 1.5}]}]}},
+    "assembly, utterances": {"utterances": [
+        {"start": 500, "end": 900, "text": "Hi.", "speaker": "A"},
+        {"start": 1000, "end": 1500, "text": "You.", "speaker": "B"}]},
+    "whisperx, words": {"word_segments": [{"word": "Hi.", **WORD}, {"word": "You.", "start": 1.0, "end": 1.5}]},
+    "soniox": {"text": "Hi. You.", "tokens": [
+        {"text": "H", "start_ms": 500, "end_ms": 700}, {"text": "i.", "start_ms": 700, "end_ms": 900},
+        {"text": " Du.", "translation_status": "translation"}, {"text": " You", "start_ms": 1000, "end_ms": 1400},
+        {"text": ".", "start_ms": 1400, "end_ms": 1500}, {"text": "<end>", "start_ms": 1500, "end_ms": 1500}]},
+    "sonix": {"transcript": [{"text": "Hi. You.", "start_time": 0.5, "end_time": 1.5, "words": [
+        {"text": "Hi.", "start_time": 0.5, "end_time": 0.9}, {"text": "You.", "start_time": 1.0, "end_time": 1.5}]}]},
+    "parakeet": {"text": "Hi. You.", "sentences": [
+        {"text": "Hi.", **WORD, "tokens": [{"text": " H", "start": 0.5, "end": 0.7, "duration": 0.2},
+                                           {"text": "i.", "start": 0.7, "end": 0.9, "duration": 0.2}]},
+        {"text": "You.", "start": 1.0, "end": 1.5}]},
+    "clock": [{"text": "Hi.", "timestamps": {"from": "00:00:00,500", "to": "00:00:00,900"}},
+              {"text": "You.", "timestamps": {"from": "00:00:01,000", "to": "00:00:01,500"}}],
     "plain": [{"text": "Hi.", **WORD}, {"text": "You.", "start": 1, "end": 1.5}],
 }
 
@@ -221,6 +259,18 @@ RECOGNISED: dict[str, Any] = {
 def test_what_recognisers_write_is_read(tmp_path: Path, shape: str) -> None:
     path = written(tmp_path, "a.json", json.dumps(RECOGNISED[shape]))
     assert read_timed_text(path) == (Cue(0.5, 0.9, "Hi."), Cue(1.0, 1.5, "You."))
+
+
+def test_words_without_times_are_said_with_those_beside_them(tmp_path: Path) -> None:
+    """Gentle gives none to what it did not find, WhisperX none to numbers."""
+    lost = [{"word": "so", "case": "not-found-in-audio"}, {"word": "hi", "case": "success", **WORD},
+            {"word": "42", "case": "not-found-in-audio"}, {"word": "you", "case": "success", "start": 1, "end": 1.5}]
+    for value in ({"words": lost}, {"word_segments": lost}):
+        assert read_timed_text(written(tmp_path, "a.json", json.dumps(value))) == (
+            Cue(0.5, 1.0, "so hi 42"), Cue(1.0, 1.5, "you"))
+    frames = {"timestamp": {"word": [{"word": "hi", "start_offset": 6, "end_offset": 11}]}}
+    with pytest.raises(DnnvssError, match="no words with times"):
+        read_timed_text(written(tmp_path, "a.json", json.dumps(frames)))
 
 
 def test_values_on_lines_are_a_list_and_milliseconds_are_refused(tmp_path: Path) -> None:
