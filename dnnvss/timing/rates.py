@@ -16,6 +16,9 @@ USUAL_RATES = tuple(FrameClock(rate) for rate in (
 LATE, DRIFT = 1.5, 0.6
 """Frames by which a time stamp, and the last one, may differ from those of a constant rate."""
 
+_LONGEST = 600.0
+"""Seconds beyond which a gap between frames is a mistake of the file (:mod:`dnnvss.media.hearing`)."""
+
 _SAME, _NEAR = 5e-5, 0.01  # shares by which a rate may differ from a usual one: written otherwise, jittered
 
 
@@ -72,18 +75,27 @@ def even_frames(times: np.ndarray, rate: Fraction) -> tuple[np.ndarray, np.ndarr
 def rising(times: Sequence[float | None], rate: Fraction) -> np.ndarray:
     """Time stamps (F,) in seconds from 0.
 
-    Stamps that are absent or stand out of their order lie between their neighbours; where the first one or half of them
-    are amiss, frames are at the rate.
+    Stamps that are absent or stand out of their order lie between their neighbours; where the first one or more than
+    a tenth are amiss (recordings that were joined count from 0 again), frames are at the rate. A gap of ten minutes is
+    none, as in the sound: the second of two recordings follows the first.
     """
     known = np.array([np.nan if t is None else t for t in times], float)
-    if np.isfinite(known).all() and (np.diff(known) > 0).all():
-        return known - known[:1]
+    if not (np.isfinite(known).all() and (np.diff(known) > 0).all()):
+        known = _mended(known, rate)
+    steps = np.diff(known)
+    if (steps >= _LONGEST).any():
+        known = np.cumsum([0.0, *np.where(steps < _LONGEST, steps, 1 / float(rate))])
+    return known - known[:1]
+
+
+def _mended(known: np.ndarray, rate: Fraction) -> np.ndarray:
+    """Stamps (F,) that rise, for some that do not or are NaN."""
     every, kept = np.arange(len(known)), _in_order(known)
-    if not len(kept) or kept[0] or 2 * len(kept) <= len(known):
+    if not len(kept) or kept[0] or 10 * len(kept) < 9 * len(known):
         return every / float(rate)
     found = np.interp(every, kept, known[kept])
     found[kept[-1] :] = known[kept[-1]] + (every[kept[-1] :] - kept[-1]) / float(rate)
-    return found - found[0]
+    return found
 
 
 def _in_order(known: np.ndarray) -> np.ndarray:

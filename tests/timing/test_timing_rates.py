@@ -68,8 +68,12 @@ def test_stamps_that_are_absent_or_fall_give_way_to_the_rate() -> None:
 @pytest.mark.parametrize("wrong", [None, 1.1, 1e6, 0.0])
 def test_one_stamp_amiss_leaves_the_others_where_they_are(wrong: float | None) -> None:
     """Frames at a variable rate, which a constant one would draw apart from their sound."""
-    true = np.cumsum([0.9, 0.1, 0.1, 0.4, 0.1, 0.3, 0.1, 0.1])
+    true = np.cumsum([0.9, 0.1, 0.1, 0.4, 0.1, 0.3, 0.1, 0.1, 0.2, 0.1, 0.1])
     stamps = [*true[:4].tolist(), wrong, *true[5:].tolist()]
     found = rising(stamps, Fraction(10)) + 0.9
     assert np.delete(found, 4) == pytest.approx(np.delete(true, 4)) and true[3] < found[4] < true[5]
-    assert rising([*true[:7], None], Fraction(10)) + 0.9 == pytest.approx(true)
+    assert rising([*true[:10], None], Fraction(10)) + 0.9 == pytest.approx(true)
+    joined = np.tile(np.arange(20) / 10, 2)[:-7]
+    assert rising(joined.tolist(), Fraction(10)) == pytest.approx(np.arange(33) / 10)
+    later = np.concatenate([np.arange(20), 36000 + np.arange(20)]) / 10
+    assert rising(later.tolist(), Fraction(10)) == pytest.approx(np.arange(40) / 10)
