@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 from functools import lru_cache
 
+from dnnvss.text import numbers
 from dnnvss.text.tokens import Token, table
 
 Said = list[str] | list[Token] | None
@@ -14,7 +15,7 @@ NUMBER = r"(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,2}(?:,\d\d)+,\d{3}(?:\.\d+)?(?!\
 END = r"(?![\w])"
 TO = r"(?:[-\u2013]|\s[-\u2013]\s)"
 MINUS = r"(?P<minus>(?<![\w)%°\u20a0-\u20bf$£¥¢])[-\u2212\u2013])?"
-PER = r"(?:\s?/\s?(?P<per>(?-i:[a-z]+[A-Z]?[a-z]*|[KMGT]B))(?![\w/]))?"
+PER = r"(?:\s?/\s?(?P<per>(?-i:[a-z]+[A-Z]?[a-z]*[\u00b2\u00b3]?|[KMGT]B|d?L|(?:1\d*\s)[a-z]+))(?![\w/]))?"
 """A stroke and what an amount is counted by, as in *5 mg/ml* and *$20/hr*."""
 _SINGLE = frozenset("mgslhLWV")
 """Units of one letter that may stand behind a space."""
@@ -61,6 +62,9 @@ def per(match: re.Match[str]) -> list[str]:
     by = match["per"]
     if not by:
         return []
+    if by[0].isdigit():
+        count, what = by.split()
+        return ["per", *numbers.number(count), *(unit_words(what, count == "1") if what in table("units") else [what])]
     if by in table("units") and by != "in":
         return ["per", *unit_words(by, True)]
     return [by] if by == "each" else ["per", by.lower()]

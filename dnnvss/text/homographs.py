@@ -18,6 +18,7 @@ Rules = tuple[tuple[str, Phones], ...]
 
 _WINDOW = 6
 _NEGATED = word_set("cannot can't couldn't won't wouldn't shouldn't don't doesn't didn't mustn't")
+_ASKED = word_set("please let's")
 _CLASSES = {"N": ("N",), "J": ("AJ", "AV")}
 
 
@@ -148,7 +149,7 @@ def _holds(condition: str, words: Sequence[str], index: int, tag: Sequence[str],
 
 def _verbal(words: Sequence[str], index: int, tag: Sequence[str]) -> bool:
     """Return whether a word stands right after a modal or the *to* of an infinitive, where a verb does."""
-    return index > 0 and (tag[index - 1] in ("VM0", "TO0") or words[index - 1] in _NEGATED)
+    return index > 0 and (tag[index - 1] in ("VM0", "TO0") or words[index - 1] in _NEGATED | _ASKED)
 
 
 def _nominal(words: Sequence[str], index: int, tag: Sequence[str]) -> bool:

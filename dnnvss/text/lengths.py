@@ -9,6 +9,7 @@ from dnnvss.text.amounts import Rule, Said, each, rule_of
 _FEET, _INCHES = r"['’′]", r"(?:[\"”″]|['’′]{2})"
 _WHOLE = r"\d{1,4}(?:\.\d+)?"
 _PART = r"(?:\s?(?P<part>[½¼¾]|\d/\d{1,2}))?"
+_TOWARDS = {"N": "north", "S": "south", "E": "east", "W": "west"}
 _PARTS = {"½": "a half", "¼": "a quarter", "¾": "three quarters"}
 _OPENED = {"'": re.compile(r"(?<!\w)'(?!\s)"), "’": re.compile("‘"), '"': re.compile(r'(?<!\d)"'), "”": re.compile("“")}
 _CLOSED = {"'": re.compile(r"(?<!\d)'(?!\w)"), "’": re.compile(r"(?<!\d)’(?!\w)"), '"': re.compile("(?!)"),
@@ -71,7 +72,13 @@ def _spelt_out(m: re.Match[str], british: bool) -> Said:
 def _angle(m: re.Match[str], british: bool) -> Said:
     words = [*numbers.number(m["d"], british), "degrees", *numbers.number(m["m"], british), "minutes"]
     words += [*numbers.number(m["s"], british), "seconds"] if m["s"] else []
-    return words + ({"N": ["north"], "S": ["south"], "E": ["east"], "W": ["west"]}[m["to"]] if m["to"] else [])
+    return words + ([_TOWARDS[m["to"]]] if m["to"] else [])
+
+
+def _bearing(m: re.Match[str], british: bool) -> Said:
+    """A latitude or longitude in degrees: *51.5° N*."""
+    degrees = "degree" if m["n"] == "1" else "degrees"
+    return [*numbers.number(m["n"], british), degrees, _TOWARDS[m["to"]]]
 
 
 def rules() -> list[Rule]:
@@ -79,6 +86,7 @@ def rules() -> list[Rule]:
     return [
         rule_of(rf"(?P<d>\d{{1,3}})°\s?(?P<m>\d{{1,2}}(?:\.\d+)?){_FEET}\s?(?:(?P<s>\d{{1,2}}(?:\.\d+)?){_INCHES})?"
                 r"(?:\s?(?P<to>[NSEW])(?!\w))?", _angle),
+        rule_of(r"(?P<n>\d{1,3}(?:\.\d+)?)°\s?(?P<to>[NSEW])(?![\w'’])", _bearing),
         rule_of(rf"(?P<ft>\d{{1,2}})(?P<feet>{_FEET})[\s-]?(?P<in>\d{{1,2}}(?:\.\d+)?){_PART}(?P<sign>{_INCHES})?"
                 r"(?![\w/])", _feet_and_inches),
         rule_of(r"(?P<a>\d{1,2})/(?P<b>\d{1,2})(?P<sign>[\"”″])(?!\w)", _of_inches),

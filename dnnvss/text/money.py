@@ -13,6 +13,9 @@ _AMOUNT = rf"(?:\d+,\d\d(?![\d,])|{NUMBER})"
 """A number, with a comma before the cents as on the continent."""
 
 
+_NAMED = {"dollar": "dollars", "pound": "pounds", "euro": "euros", "yen": "yen", "rupee": "rupees",
+          "usd": "dollars", "gbp": "pounds", "eur": "euros"}
+"""Names of currencies behind an amount that has its sign (*$5 million dollars*), as they are said."""
 _KNOWN = {sign.lower(): sign for sign in numbers.CURRENCIES}
 
 
@@ -42,6 +45,12 @@ def _before(m: re.Match[str], british: bool) -> Said:
     return [*(["minus"] if m["minus"] or m["below"] else []), *said, *per(m)]
 
 
+def _named(m: re.Match[str], british: bool) -> Said:
+    """An amount whose currency is told twice: it is said once."""
+    one, many, *_ = numbers.CURRENCIES[_sign(m)]
+    return _before(m, british) if _NAMED[m["named"].lower()] in (one, many.split()[-1]) else None
+
+
 def _range(m: re.Match[str], british: bool) -> Said:
     """Two amounts; the currency is said once unless one of them has cents."""
     first, last = _scale(m["first"]), _scale(m["scale"])
@@ -66,6 +75,8 @@ def rules() -> list[Rule]:
     return [
         rule_of(rf"(?P<sign>{_SIGN})\s?(?P<a>{NUMBER}){_scaled('first')}?(?:{TO}(?P=sign)\s?|[-\u2013])(?P<b>{NUMBER})"
                 rf"{_scaled('scale')}?{PER}(?![\w-])", _range, ignore_case=True),
+        rule_of(rf"{MINUS}(?P<sign>{_SIGN})(?P<below>(?!))?\s?(?P<n>{_AMOUNT}){_scaled('scale')}?"
+                rf"\s(?P<named>{'|'.join(_NAMED)})s?(?!\w)(?P<per>(?!))?", _named, ignore_case=True),
         rule_of(rf"{MINUS}(?P<sign>{_SIGN})(?P<below>[-\u2212](?=[\d.]))?\s?"
                 rf"(?P<n>{_AMOUNT}){_scaled('scale')}?{PER}", _before, ignore_case=True),
         rule_of(rf"(?P<a>{NUMBER})\s?(?P<sign>{_SIGN}){TO}(?P<b>{NUMBER})\s?(?P=sign)(?![\w-])", _range_after),

@@ -35,6 +35,8 @@ _SHARP = re.compile(r"\b[A-G]$")
 _MAJOR = re.compile(r"[.!?\u2026\u203d\u00a1\u00bf]+")
 _MINOR = re.compile(rf"(?:(?!{quantities.BRACKETED})[,;:()\[\]\u2013\u2014\u2012\u2015\u00b7{_BULLETS}])+"
                     r"|-{2,}|-(?=\s|$)|(?<=\s)-|(?<!\S)\|+(?!\S)")
+_EMOTICON = re.compile(r"(?<!\S)(?:[:;][-'^]?[DPpOo3SsXx|/\\*)(\]\[]+|\^_*\^|-_+-|[oO]_+[oO]|T_+T|>_+<)(?![\w/])")
+"""A face of signs and letters that stands alone."""
 _SILENT = re.compile(r"~{2,}|={3,}|(?<![^\n])>+(?=\s)|[\u2020\u2021\u266a-\u266c]"
                      r"|[\"'\u2018\u2019\u201a-\u201f\u00ab\u00bb\u2039\u203a`\u00b4/*_#-]")
 """Quotes, and what frames a text: strokes, lines, marks of a citation or a footnote, notes around what is sung."""
@@ -152,6 +154,8 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
     elif match := _PAUSE.match(text, at):
         number, unit = match["n"] or match["ms"], match["unit"] or "ms"
         _break(found, "major", float(number) / (1000 if unit == "ms" else 1) if number else None)
+    elif match := _EMOTICON.match(text, at):
+        _break(found, "minor")
     elif _quiet_sign(text, at) and (match := _SILENT.match(text, at)):
         pass
     elif match := _dot(text, at):

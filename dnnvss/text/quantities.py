@@ -27,6 +27,13 @@ BRACKETED = r"\((?:\d{3}\)\s?\d{3}[\s-]\d{4}|0\d{2,4}\)\s?\d{3,4}[\s-]\d{3,4})(?
 
 _DIALLED = re.compile(r"\b(?:call(?:ed)?|dial(?:l?ed)?|ring|phone)\s$", re.IGNORECASE)
 _CURRENT = re.compile(r"\s(?:fuse|charger|current|circuit|breaker|supply|battery|at\b|@|\d+\s?V)")
+_RECKONED = re.compile(r"\s*(?:[=+^\u00b2\u00b3\u2212]|-(?![a-z]))")
+"""What follows an unknown of algebra (*2x + 1*)."""
+_BOOK = re.compile(r"\b(?:Genesis|Exodus|Leviticus|Numbers|Deuteronomy|Joshua|Judges|Ruth|Samuel|Kings|Chronicles|Job"
+                   r"|Psalms?|Proverbs|Ecclesiastes|Isaiah|Jeremiah|Ezekiel|Daniel|Hosea|Joel|Amos|Micah|Malachi"
+                   r"|Matthew|Mark|Luke|John|Acts|Romans|Corinthians|Galatians|Ephesians|Philippians|Colossians"
+                   r"|Thessalonians|Timothy|Titus|Hebrews|James|Peter|Jude|Revelation|Quran|Surah)\s$")
+"""What stands before a chapter and a verse."""
 _WORDED = "|".join(sorted((u for u in table("units") if u in "mg" or (u.isalpha() and u.islower() and len(u) > 1)),
                           key=len, reverse=True))
 """Units that stand behind a hyphen."""
@@ -98,7 +105,8 @@ def _named_date(m: re.Match[str], british: bool) -> Said:
 
 
 def _ratio(m: re.Match[str], british: bool) -> Said:
-    return [*numbers.number(m["a"], british), "to", *numbers.number(m["b"], british)]
+    verse = _BOOK.search(m.string[max(m.start() - 20, 0) : m.start()])
+    return [*numbers.number(m["a"], british), *([] if verse else ["to"]), *numbers.number(m["b"], british)]
 
 
 def _range_of_units(m: re.Match[str], british: bool) -> Said:
@@ -142,6 +150,15 @@ def _fraction(m: re.Match[str], british: bool) -> Said:
         return [*numbers.cardinal(top, british), "out", "of", *numbers.cardinal(bottom, british)]
     whole = [*numbers.cardinal(int(m["whole"]), british), "and"] if m["whole"] else []
     return [*whole, *numbers.fraction(top, bottom, british), *_unit(m, bool(m["whole"]) or top > bottom)]
+
+
+def _fraction_range(m: re.Match[str], british: bool) -> Said:
+    """From one fraction or number to another: *1/4-1/2 tsp*, *1/2-1 cup*."""
+    if "0" in (m["b"], m["d"]) or not (m["b"] or m["d"]):
+        return None
+    first, last = (numbers.fraction(int(m[top]), int(m[bottom]), british) if m[bottom]
+                   else numbers.cardinal(int(m[top]), british) for top, bottom in ("ab", "cd"))
+    return [*first, "to", *last, *_unit(m, several=not m["d"] and m["c"] != "1")]
 
 
 def _unit(m: re.Match[str], several: bool) -> list[str]:
@@ -188,6 +205,13 @@ def _product(m: re.Match[str], british: bool) -> Said:
     return [*words, *_unit(m, several=True)]
 
 
+def _season(m: re.Match[str], british: bool) -> Said:
+    """Two years that follow each other: *2001/02*."""
+    if (int(m["a"]) + 1) % 100 != int(m["b"]):
+        return None
+    return [*numbers.year(int(m["a"]), british), *_two_digits(int(m["b"]))]
+
+
 def _decades(m: re.Match[str], british: bool) -> Said:
     return [*numbers.decade(int(m["a"])), "to", *numbers.decade(int(m["b"]))]
 
@@ -222,6 +246,8 @@ def _quantity(m: re.Match[str], british: bool) -> Said:
     unit = m["unit"] or m["spaced"]
     if unit == "p" and float(m["n"].replace(",", "")) >= 240:  # 1080p is a picture, not a price
         return [*numbers.number(m["n"], british), "P"]
+    if unit == "x" and _RECKONED.match(m.string, m.end()):
+        return [*(["minus"] if m["minus"] else []), *numbers.number(m["n"], british), "X"]
     if unit == "A" and "." not in m["n"] and not _CURRENT.match(m.string, m.end()):  # a flat or a gate
         return None
     sign = ["minus"] if m["minus"] else []
@@ -320,6 +346,8 @@ def _many() -> list[Rule]:
         rule_of(rf"(?P<n>\d+)['\u2019]s{END}", _possessive),
         rule_of(rf"(?P<n>{NUMBER})\s(?P<what>[a-z]{{2,12}}s)\s?/\s?(?P<per>{_TIMES})(?![\w/])", _counted),
         *lengths.rules(), *together.rules(),
+        rule_of(rf"(?P<a>\d)/(?P<b>[2-8])\s?[\u2013-]\s?(?P<c>\d)(?:/(?P<d>[2-8]))?(?:{unit}|(?![\w/-]|\.\d))",
+                _fraction_range),
         rule_of(rf"(?:(?P<whole>\d+)[\s-])?(?P<a>\d{{1,3}})/(?P<b>\d{{1,3}}|1000)(?:{unit}|(?:rd|th|nd)?s?{END})",
                 _fraction),
         rule_of(rf"(?:(?P<n>\d+)\s?)?(?P<f>[½⅓⅔¼¾⅛])(?:{unit})?", _vulgar),
@@ -328,6 +356,7 @@ def _many() -> list[Rule]:
         rule_of(rf"(?P<a>{NUMBER})\s?(?P<unit>{any_unit()}){TO}(?P<b>{NUMBER})\s?(?P=unit)(?![\w-])",
                 _range_of_units),
         rule_of(r"(?P<a>\d{4})[\u2013-](?P<b>\d\d)(?![\w-]|[.,]\d)", _year_on),
+        rule_of(r"(?P<a>[12]\d{3})/(?P<b>\d\d)(?![\w/-]|[.,]\d)", _season),
         rule_of(r"(?<=['\u2019])(?P<n>0\d)(?![\w-]|[.,:]\d)", lambda m, _: _two_digits(int(m["n"]))),
         rule_of(rf"(?P<a>{NUMBER})\s?[\u2013\u2014-]\s?(?P<b>{NUMBER})(?:{unit})?(?![\w-])", _range),
         rule_of(rf"\d+(?:\.\d+){{2,}}{END}", _versions),

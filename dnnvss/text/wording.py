@@ -1,12 +1,13 @@
 """Rules of normalisation for pieces that begin with a letter: words, abbreviations, initials, acronyms, addresses."""
 
 import re
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from dnnvss.phones import strip_stress
 from dnnvss.text import derive, numbers
-from dnnvss.text.lexicon import dictionary, letter_name, looked_up
+from dnnvss.text.lexicon import dictionary, letter_name, looked_up, name_of
 from dnnvss.text.quantities import MONTHS, plain_number
 from dnnvss.text.tokens import Token, table, word_set
 
@@ -43,7 +44,8 @@ _LETTERED = word_set(
     "vitamin grade plan type class group hepatitis letter level section option point exhibit team figure "
     "appendix column row block list part side zone gate unit flat terminal platform exit"
 )
-_TOP_LEVELS = "com org net edu gov uk de fr eu io ai co us ca au info biz tv me dev app nz ie it es nl ch se"
+_TOP_LEVELS = ("com org net edu gov uk de fr eu io ai co us ca au info biz tv me dev app nz ie it es nl ch se "
+               "ly gg fm xyz")
 _ADDRESS_SIGNS = {".": "dot", "/": "slash", "-": "dash", "_": "underscore", "@": "at", ":": "colon",
                   "?": "question mark", "=": "equals", "&": "and", "#": "hash", "~": "tilde", "%": "percent",
                   "+": "plus"}
@@ -147,6 +149,8 @@ def initials(match: re.Match[str], place: Place) -> list[Token] | None:
     if match[0] == "I." and place.before and not re.match(r"\s?[A-Z]\.", place.after) and (
             not place.before[:1].isupper() or place.before.lower() in _NUMBERED | _BEFORE_I or _titled(match)):
         return None  # the pronoun, or a numeral
+    if match[0] in ("V.", "X.") and place.before.lower() in _PARTED:
+        return None
     key = match[0].lower().rstrip(".")
     entry = table("abbreviations").get(key)
     words = entry[0].split() if entry and "." in key else _letters(match[0])
@@ -164,6 +168,8 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
     word, dot = match["word"].replace("\u2019", "'"), bool(match["dot"])
     entry = table("abbreviations").get(word.lower())
     if entry is None or (place.shouting and not dot and "/" not in word) or (word == "P" and entry[1] == "number"):
+        return None
+    if word == "V" or (place.joined and re.fullmatch("[A-Z]s", word)):  # a numeral; M&Ms
         return None
     said, when = entry
     capital, named = word[0].isupper(), bool(re.match(r"\s+[A-Z]", place.after))
@@ -189,7 +195,7 @@ def abbreviation(match: re.Match[str], place: Place) -> list[Token] | None:
 _DATE = re.compile(rf",?\s+(?:\d{{1,2}}(?:st|nd|rd|th)?\s+(?:of\s+)?(?:{_MONTHS})|(?:{_MONTHS})\.?\s+\d)",
                    re.IGNORECASE)
 """What follows the short name of a day."""
-ROMAN = re.compile(r"(?P<numeral>[IVXL]{2,}|[IVX])(?P<ending>th|['\u2019]s)?(?![\w'\u2019])|[ivx]{2,}(?=\))")
+ROMAN = re.compile(r"(?P<numeral>[IVXL]{2,}|[IVX])(?P<ending>th|['\u2019]s)?(?![\w'\u2019])|[ivx]{2,}(?![\w'\u2019-])")
 _CENTURY = re.compile(r"(?:\s|-)+(?:centur(?:y|ies)|c\.)(?!\w)", re.IGNORECASE)
 _GOES_ON = re.compile(r"\s*(?:$|[.,;:!?)\u2013\u2014-])"
                       r"|\s+(?:of|and|or|to|in|is|was|were|has|began|for|by|at|on|scene)\b", re.IGNORECASE)
@@ -263,7 +269,9 @@ def _numeral(match: re.Match[str], place: Place, text: str, value: int) -> list[
         return ["the", *numbers.ordinal(value, place.british)]
     if len(text) == 1 or "L" in text:
         return None
-    if match[0].islower() or (listed and not before) or (before.isupper() and len(before) > 1 and not place.shouting):
+    if match[0].islower():
+        return number if place.after[:1] == ")" else None
+    if (listed and not before) or (before.isupper() and len(before) > 1 and not place.shouting):
         return number
     if not before[:1].isupper() or before in _STARTERS or (place.shouting and (len(text) < 3 or _has(text.lower()))):
         return None
@@ -293,8 +301,11 @@ WORD = re.compile(rf"{_LETTER}+(?:['\u2019\u02bc]{_LETTER}+)*"
                   rf"|['\u2019]{_LETTER}+")
 
 
-def word(match: re.Match[str], place: Place) -> list[str] | None:
+def word(match: re.Match[str], place: Place) -> list[str] | list[Token] | None:
     """Return the words of a run of letters, hyphens and apostrophes; None if it is not of the Latin alphabet."""
+    if accented := table("accented").get(unicodedata.normalize("NFC", match[0]).lower()):
+        phones = tuple(accented[0].split())
+        return [Token(match[0], (name_of(phones),), phones=phones)]
     text = match[0].replace("\u2019", "'").replace("\u02bc", "'").replace("\u2010", "-").replace("\u2011", "-")
     if "-" not in text:
         return _word(text, place)
@@ -361,7 +372,8 @@ def _word(text: str, place: Place) -> list[str] | None:
         return [w for part in cut.groups() for w in _word(part, place) or []]
     if re.fullmatch(r"[A-Z]\w*[A-Z]s'?", text) and _has(bare[:-1]):  # PhDs
         return [bare]
-    parts = re.findall(r"[A-Z]?[a-z']+|[A-Z]+(?![a-z])", text) if not _has(bare) and text.isascii() else []
+    known = _has(bare) or _has(bare.removesuffix("'s"))
+    parts = [] if known or not text.isascii() else re.findall(r"[A-Z]?[a-z']+|[A-Z]+(?![a-z])", text)
     if len(parts) > 1 and "".join(parts) == text and not text.isupper():
         return [w for part in parts for w in _word(part, place) or []]
     return [bare]
@@ -412,6 +424,20 @@ def foreign_letter(text: str) -> str:
     return next((c for c in text if c.isalpha() and not derive.plain(c)), "")
 
 
+STATE = re.compile(r"(?P<state>[A-Z]{2})(?P<between>,?\s+)(?P<zip>\d{5})(?:-(?P<more>\d{4}))?(?![\w-])")
+
+
+def state(match: re.Match[str], place: Place) -> list[Token] | None:
+    """Return a state of the US before its postal code, by its name, and the code digit by digit."""
+    name = table("states").get(match["state"])
+    listed = match.string[: match.start()].rstrip().endswith(",")
+    if name is None or (match["state"] in ("IN", "OR", "ME", "OK", "HI", "OH") and not listed):
+        return None
+    code = numbers.digits(match["zip"] + (match["more"] or ""))
+    digits = match[0][match.end("between") - match.start() :]
+    return [Token(match["state"], tuple(name[0].split())), Token(digits, tuple(code))]
+
+
 BY = re.compile(r"x(?=\s?\d)")
 _MEASURED = re.compile(r"\d\s?(?:(?:ft|in|m|cm|mm|km|yd|px)\.?|['\"\u2019\u201d\u2032\u2033])?\s?$")
 
@@ -424,7 +450,7 @@ def by(match: re.Match[str], place: Place) -> list[str] | None:
 
 
 RULES: tuple[tuple[re.Pattern[str], Callable[[re.Match[str], Place], list[str] | list[Token] | None]], ...] = (
-    (ADDRESS, address), (BY, by), (INITIALS, initials), (SPAN, span), (ABBREVIATION, abbreviation), (ROMAN, roman),
-    (MIXED, lambda m, place: mixed(m[0], place)), (WORD, word),
+    (ADDRESS, address), (STATE, state), (BY, by), (INITIALS, initials), (SPAN, span),
+    (ABBREVIATION, abbreviation), (ROMAN, roman), (MIXED, lambda m, place: mixed(m[0], place)), (WORD, word),
 )
 """The rules in the order in which they are tried."""

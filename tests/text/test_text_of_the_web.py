@@ -315,3 +315,63 @@ def test_short_days_letters_of_lists_and_elisions() -> None:
         ("a £20-million deal", "a twenty million pound deal"),
         ("+44 (0)20 7946 0958", "plus four four, zero, two zero, seven nine four six, zero nine five eight"),
     ])
+
+
+def test_fractions_and_seasons_from_one_to_another() -> None:
+    same([
+        ("1/4-1/2 tsp of it, 1/2-1 cup, a 1/2-inch bolt",
+         "one quarter to one half teaspoon of it, one half to one cup, a one half inch bolt"),
+        ("2001/02, 2019/20, 2005/06/07",
+         "two thousand one oh two, twenty nineteen twenty, june seventh two thousand five"),
+        ("Genesis 1:1, Psalm 23:4, a ratio of 3:1",
+         "genesis one one, psalm twenty three four, a ratio of three to one"),
+    ])
+
+
+def test_a_currency_that_is_told_twice_is_said_once() -> None:
+    same([
+        ("$1.5 million dollars, $5 dollars, -$5 dollars, $20 USD",
+         "one point five million dollars, five dollars, minus five dollars, twenty dollars"),
+        ("$20 pounds, $5", "twenty dollars pounds, five dollars"),
+    ])
+
+
+def test_measures_by_volume_bearings_and_unknowns() -> None:
+    same([
+        ("3 sq. km, 5 kgs, 5 ppm", "three square kilometers, five kilograms, five parts per million"),
+        ("5 kg/m³, 2 g/L, 5 L/100 km", "five kilograms per cubic meter, two grams per liter, "
+                                       "five liters per one hundred kilometers"),
+        ("51.5° N, 0.12°W, 20° outside",
+         "fifty one point five degrees north, zero point one two degrees west, twenty degrees outside"),
+        ("y = 2x + 1, 2x², 3x faster", "Y equals two X plus one, two X squared, three times faster"),
+    ])
+
+
+def test_states_before_their_postal_codes() -> None:
+    same([
+        ("Salem, OR 97301-0001 or Austin TX 78701",
+         "salem, oregon nine seven three zero one zero zero zero one or austin texas seven eight seven zero one"),
+        ("seen IN 12345 cases", "seen in twelve thousand three hundred forty five cases"),
+    ])
+
+
+def test_faces_of_signs_are_silent() -> None:
+    same([
+        ("so :-D and :P and ^_^ and T_T or :'( yes", "so, and, and, and, or, yes"),
+        ("a: b ; c http://x.com", "a, B, C X dot com"),
+    ])
+
+
+def test_numerals_and_short_forms_where_letters_mean_more_than_one_thing() -> None:
+    same([
+        ("Rocky V. It was. Smith v. Jones and J. V. Smith", "rocky five. it was. smith versus jones and J V smith"),
+        ("Act III, scene ii of part iv", "act three, scene two of part four"),
+        ("M&Ms on the iPhone's", "M and m's on the iphone's"),
+        ("bit.ly/3x, last.fm", "bit dot ly slash three X, last dot fm"),
+        ("thx, a JSON or JPEG file", "thanks, a jason or J peg file"),
+    ])
+
+
+def test_accents_tell_words_apart() -> None:
+    assert [t.phones for t in tokens("Résumé rosé resume")] == [
+        ("R", "EH1", "Z", "AH0", "M", "EY2"), ("R", "OW0", "Z", "EY1"), None]

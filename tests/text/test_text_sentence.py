@@ -42,6 +42,8 @@ def phones_of(text: str, word: str, variant: str = "en_us") -> list[str]:
     ("place red at a nine now", "a", ["EY1"]),
     ("a dog at a nine o'clock meeting of an owl", "an", ["AE0 N"]),
     ("the apple of the tree", "the", ["DH IY0", "DH AH0"]),
+    ("Please elaborate. The elaborate plan.", "elaborate",
+     ["IH0 L AE1 B ER0 EY2 T", "IH0 L AE1 B R AH0 T"]),
     ("She understood photography.", "photography", ["F AH0 T AA1 G R AH0 F IY0"]),
 ])
 def test_words_in_context(text: str, word: str, phones: list[str]) -> None:
