@@ -25,5 +25,5 @@ def main(arguments: Sequence[str]) -> int:
         print(f"wrote {export_run(run, options.out)}")
     else:
         made = write_bundle(run, options.out, f"model.{options.network}")
-        print(f"wrote {made}: python synth.py {shlex.quote(f'run={options.out}')}")
+        print(f"wrote {made}: dnnvss speak {shlex.quote(f'run={options.out}')}")
     return DONE

@@ -64,7 +64,7 @@ class CorpusSettings:
         """
         if isinstance(value, Mapping) and "talkers" in value:
             raise DnnvssError(f"{where}=several is no corpus: it names some for one training",
-                              remedy="Prepare each of them by itself, then train.py corpus=[a,b]")
+                              remedy="Prepare each of them by itself, then dnnvss train corpus=[a,b]")
         if isinstance(value, Mapping) and value.get("importer") is not None:
             own = [f.name for f in fields(DemoSettings)]
             if set(own) <= set(value):

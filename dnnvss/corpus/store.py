@@ -128,7 +128,7 @@ class Corpus:
             DnnvssError: the folder was not prepared, one of its files is damaged, or a name leads out of the folder.
         """
         root = Path(root)
-        remedy = ("Prepare the corpus first: python -m data_prep corpus=NAME corpus.raw=FOLDER; "
+        remedy = ("Prepare the corpus first: dnnvss prepare corpus=NAME corpus.raw=FOLDER; "
                   "corpus=demo, the built-in talker, needs no folder")
         info = read_record(CorpusInfo, root / "corpus.json", remedy)
         info.check(root / "corpus.json", remedy)

@@ -61,7 +61,7 @@ def read_run(folder: str | Path) -> RunData:
         DnnvssError: the folder is not one of a finished run.
     """
     places, settings = RunFiles(Path(folder)), RunSettings.load(Path(folder))
-    remedy = "Name the folder of a finished run: python train.py writes one"
+    remedy = "Name the folder of a finished run: dnnvss train writes one"
     arrays = {kind: read_arrays(places.prediction(kind), remedy) for kind in _KINDS}
     _check_sentences(arrays, places, remedy)
     styled = {name: read_arrays(path, remedy) for name, path in places.styled().items()}

@@ -46,7 +46,7 @@ def write_sizes(folders: Sequence[Path], settings: Sequence[RunSettings], out: P
         if size in found:
             raise DnnvssError(f"two runs have {size[0]} layers of {size[1]} units", file=folder,
                               remedy="Let nothing but the size differ")
-        place, remedy = "systems.model.regions.speech", "Train the run anew: python train.py overwrite=true"
+        place, remedy = "systems.model.regions.speech", "Train the run anew: dnnvss train overwrite=true"
         found[size] = {name: read_value(RunFiles(folder).metrics, f"{place}.{name}.mean", float, remedy)
                        for name in MEASURES}
     layers, widths = (sorted({size[axis] for size in found}) for axis in (0, 1))

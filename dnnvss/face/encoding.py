@@ -194,7 +194,7 @@ def newest_encoding(corpus: Corpus) -> EncodedCorpus:
     reports = sorted((corpus.root / "face").glob(f"*/{REPORT}"), key=lambda p: p.stat().st_mtime)
     if not reports:
         raise DnnvssError("was not encoded yet", file=corpus.root / "face",
-                          remedy="Train a system first: python train.py")
+                          remedy="Train a system first: dnnvss train")
     return EncodedCorpus.open(reports[-1].parent)
 
 

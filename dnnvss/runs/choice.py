@@ -14,7 +14,7 @@ from dnnvss.systems import VisualModel
 from dnnvss.systems.plain_network import PlainNetwork
 from dnnvss.systems.registry import found
 
-_REMEDY = "Train one first: python train.py corpus=demo"
+_REMEDY = "Train one first: dnnvss train corpus=demo"
 SPOKEN = frozenset({"phones", "words", "visemes"})
 """What a text brings: words, their phones and times, and the gestures that these suggest."""
 HEARD = frozenset({"sound"})
@@ -98,7 +98,7 @@ def best_run(runs: Path, given: frozenset[str], talker: str | None = None) -> tu
         missing = " and ".join(sorted(found[0].needs - given - {"words"}))
         what = "a voice alone" if given == HEARD else "what is given"
         raise DnnvssError(f"no finished run here can follow {what}: {found[0].title} needs {missing}", file=runs,
-                          remedy='Add text="...", or train a run that listens: python train.py labels=mel'
+                          remedy='Add text="...", or train a run that listens: dnnvss train labels=mel'
                           if given == HEARD else "Name a run with run=")
     same = [candidate for candidate in able if candidate.measured == able[0].measured]
     ranked = [candidate for candidate in same if not math.isnan(candidate.worth)]

@@ -38,7 +38,7 @@ from dnnvss.visemes import TIER
 if TYPE_CHECKING:
     from dnnvss.systems.viseme_predictor import UnitModel
 
-_ANEW = "Train the run anew: python train.py overwrite=true"
+_ANEW = "Train the run anew: dnnvss train overwrite=true"
 _PACKAGES = ("torch", "lightning", "numpy", "scipy", "hydra-core", "av", "pocketsphinx")
 
 
@@ -222,7 +222,7 @@ def _trained(path: Path, settings: RunSettings) -> VisualModel:
     folder = path.parent
     if not path.is_file():
         raise DnnvssError("holds a run that has not ended", file=folder,
-                          remedy="Run its train.py command again: it goes on where it stopped")
+                          remedy="Run its command (dnnvss train) again: it goes on where it stopped")
     learnt = read_learnt(path)
     model = make_model(settings, settings.task)
     with _learnt_by(settings, path):
@@ -238,7 +238,7 @@ def _checked(kept: Mapping[str, Any], settings: RunSettings, path: Path) -> dict
     """
     table, state = kept.get("table"), kept.get("state")
     if not isinstance(table, dict) or not isinstance(state, dict):
-        raise DnnvssError("is no system of this package", file=path, remedy="Train a system: python train.py")
+        raise DnnvssError("is no system of this package", file=path, remedy="Train a system: dnnvss train")
     settings.task.table.check(table)
     return state
 

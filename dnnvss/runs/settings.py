@@ -169,7 +169,7 @@ def _plain(path: Path) -> Any:
 
 
 _LONGEST = 2**20
-_WRITTEN = "Use the file that train.py wrote into the run folder"
+_WRITTEN = "Use the file that dnnvss train wrote into the run folder"
 
 
 def _check_version(places: RunFiles, values: Any) -> None:
@@ -198,7 +198,7 @@ def nearest_run(folder: Path) -> str:
     beside = {path.name: path for place in (folder.parent / "runs", folder.parent) for path in _runs_in(place)}
     if not folder.exists() and (near := get_close_matches(folder.name, beside, 1)):
         return f"Did you mean {beside[near[0]]}?"
-    return "Train a system first: python train.py"
+    return "Train a system first: dnnvss train"
 
 
 def _runs_in(folder: Path) -> list[Path]:
@@ -211,4 +211,4 @@ def _anew(folder: Path, values: Any) -> str:
     named = values.items() if isinstance(values, dict) else ()
     groups = {name: part["name"] for name, part in named if isinstance(part, dict) and "name" in part}
     chosen = [f"{name}={groups[name]}" for name in ("corpus", "labels", "model") if name in groups]
-    return f"Train it anew: {' '.join(['python train.py', *chosen, f'run={folder}', 'overwrite=true'])}"
+    return f"Train it anew: {' '.join(['dnnvss train', *chosen, f'run={folder}', 'overwrite=true'])}"

@@ -57,7 +57,7 @@ def talker_run(folder: Path, talker: str | None) -> Path:
     path = files.inside(folder, runs[talker])
     if not RunFiles(path).finished:
         raise DnnvssError("holds a run that has not ended", file=path,
-                          remedy="Run its train.py command again: it goes on where it stopped")
+                          remedy="Run its command (dnnvss train) again: it goes on where it stopped")
     return path
 
 

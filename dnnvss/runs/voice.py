@@ -13,7 +13,7 @@ from dnnvss.settings import setting
 from dnnvss.text.variants import VARIANTS
 from dnnvss.timing import FrameClock
 
-_REMEDY = "Train the run again: python train.py overwrite=true, with the settings of its config.yaml"
+_REMEDY = "Train the run again: dnnvss train overwrite=true, with the settings of its config.yaml"
 
 
 @dataclass(frozen=True)

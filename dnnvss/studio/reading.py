@@ -34,7 +34,7 @@ def _check_length(given: Path) -> None:
 
 
 def _too_long(how: str) -> DnnvssError:
-    return DnnvssError(f"it lasts {how}, and {LONGEST:g} s are taken", remedy="Use synth.py wav= for long ones")
+    return DnnvssError(f"it lasts {how}, and {LONGEST:g} s are taken", remedy="Use dnnvss speak wav= for long ones")
 
 
 def _read(kind: str, given: Path, out: Path) -> None:

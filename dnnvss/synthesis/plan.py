@@ -193,7 +193,7 @@ def overheard(run: Run, recording: Recording) -> Plan:
         known = " and ".join(sorted(missing - {"words"} or missing))
         raise DnnvssError(f"{run.task.table.title} of the run needs {known}, which a voice alone does not tell",
                           file=run.folder, remedy='Add text="..." or alignment=FILE, or take a run whose labels read '
-                          "the sound alone: python train.py labels=mel")
+                          "the sound alone: dnnvss train labels=mel")
     if not run.needs:
         raise DnnvssError("the run does not listen, and there is no text", file=run.folder,
                           remedy='Give text="...", or take a run of labels=mel')

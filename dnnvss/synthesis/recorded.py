@@ -38,7 +38,7 @@ def check_recordings(run: Run, request: SpeakRequest) -> None:
             f"speech={CORPUS} joins the recordings of fragments, and the run's system is "
             f"{run.settings.model_name}",
             file=run.folder,
-            remedy=f"Train one: python train.py model=fragments. {_ELSE}",
+            remedy=f"Train one: dnnvss train model=fragments. {_ELSE}",
         )
     if request.timed:
         raise DnnvssError(

@@ -102,7 +102,7 @@ class PlainNetwork(VisualModel):
 
     def fit(self, train: Sequence[Example], val: Sequence[Example], folder: Path) -> None:
         """Refuse: nothing is learnt here."""
-        raise DnnvssError(_LEARNS_NOT, remedy="Train a run: python train.py")
+        raise DnnvssError(_LEARNS_NOT, remedy="Train a run: dnnvss train")
 
     def state(self) -> dict[str, Any]:
         """What it was made of."""

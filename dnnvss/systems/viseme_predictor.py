@@ -84,7 +84,7 @@ class UnitModel:
         Raises:
             DnnvssError: the file is missing or damaged.
         """
-        return read_checkpoint(path, cls._built, "Train the run anew: python train.py overwrite=true")
+        return read_checkpoint(path, cls._built, "Train the run anew: dnnvss train overwrite=true")
 
     @classmethod
     def _built(cls, s: dict[str, Any]) -> "UnitModel":

@@ -22,7 +22,7 @@ def load_checkpoint(path: Path) -> dict[str, Any]:
     Raises:
         DnnvssError: the file is missing, cut short, or holds anything but tensors and plain containers.
     """
-    remedy = "Delete it and run the same train.py command again"
+    remedy = "Delete it and run the same command (dnnvss train) again"
     if path.suffix == ".npz":
         return load_arrays(path, torch.from_numpy)
     state = files.read(path, lambda p: _load(p, remedy), remedy)

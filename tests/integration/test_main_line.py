@@ -484,7 +484,7 @@ def test_overwrite_deletes_runs_alone(home: Path, tmp_path: Path) -> None:
 
 def test_a_run_that_was_killed_is_not_spoken_with(home: Path, tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text((home / "runs" / "ph" / "config.yaml").read_text())
-    with pytest.raises(DnnvssError, match=r"has not ended.*train\.py command again"):
+    with pytest.raises(DnnvssError, match=r"has not ended.*dnnvss train"):
         Run.open(tmp_path)
 
 

@@ -114,7 +114,7 @@ def test_settings_that_the_viseme_network_would_not_heed_are_refused() -> None:
 def test_a_run_of_another_version_is_refused_with_the_command_that_trains_it_anew(tmp_path: Path) -> None:
     folder = begun(tmp_path, "model=hsmm", "labels=ph_d")
     files.write_json(RunFiles(folder).provenance, {"corpus": "abc", "dnnvss": "0.1.0"})
-    anew = rf"Train it anew: python train\.py corpus=demo labels=ph_d model=hsmm run={folder} overwrite=true"
+    anew = rf"Train it anew: dnnvss train corpus=demo labels=ph_d model=hsmm run={folder} overwrite=true"
     with pytest.raises(DnnvssError, match=rf"was trained by dnnvss 0\.1\.0, and this is .*{anew}"):
         Run.open(folder)
     with pytest.raises(DnnvssError, match=anew):
@@ -128,7 +128,7 @@ def test_settings_that_mean_nothing_are_named_with_the_file(tmp_path: Path) -> N
     folder = begun(tmp_path)
     config = RunFiles(folder).config
     files.write_text(config, config.read_text().replace("windows:", "window:"))
-    with pytest.raises(DnnvssError, match=rf"{config}: trajectory\.window is no setting\. Train it anew: python"):
+    with pytest.raises(DnnvssError, match=rf"{config}: trajectory\.window is no setting\. Train it anew: dnnvss"):
         RunSettings.load(folder)
     files.write_text(config, "- no run\n")
     with pytest.raises(DnnvssError, match=rf"{config}: "):

@@ -88,7 +88,7 @@ class Saying(Change):
         super().__post_init__()
         if len(self.text) > LONGEST_TEXT:
             raise DnnvssError(f"the text has {len(self.text)} signs",
-                              remedy=f"Say at most {LONGEST_TEXT}, or use synth.py")
+                              remedy=f"Say at most {LONGEST_TEXT}, or use dnnvss speak")
 
     def request(self, face: Face, styles: Mapping[str, StyleSettings], recording: Recording | None) -> SpeakRequest:
         """The request for :func:`dnnvss.synthesis.speak.speak`.
