@@ -83,19 +83,19 @@ def read_pts(path: str | Path) -> np.ndarray:
     rows = []
     inside, announced = False, None
     for place, line in enumerate(text.splitlines(), start=1):
-        body = line.strip()
-        if body == "{":
-            inside = True
-        elif body == "}":
-            break
-        elif inside and body and not body.startswith("#"):
+        head, opened, behind = ("", "", line) if inside else line.partition("{")
+        if match := re.fullmatch(r"\s*n_points:\s*(\d{1,9})\s*", head, re.ASCII):
+            announced = int(match.group(1))
+        inside = inside or bool(opened)
+        body, closed, _ = behind.partition("}")
+        if body.strip() and not body.lstrip().startswith("#"):
             try:
                 x, y = (_coordinate(v) for v in body.split())
             except ValueError as error:
-                raise DnnvssError(f"line {place}: {body[:80]!r} is not X Y", file=path, remedy=_PTS) from error
+                raise DnnvssError(f"line {place}: {body.strip()[:80]!r} is not X Y", file=path, remedy=_PTS) from error
             rows.append((x, y))
-        elif match := re.fullmatch(r"n_points:\s*(\d{1,9})", body, re.ASCII):
-            announced = int(match.group(1))
+        if closed:
+            break
     if not rows or (announced is not None and announced != len(rows)):
         raise DnnvssError(f"holds {len(rows)} points, its header says {announced}", file=path, remedy=_PTS)
     return np.array(rows, np.float32)

@@ -113,9 +113,15 @@ def _row(path: Path, line: int, row: Sequence[str], names: Sequence[str], wanted
     return [_value(path, line, name, cells[place[name]], number) for name in wanted]
 
 
+_SAID = {"true": 1.0, "false": 0.0}
+"""What pandas makes of 1 and 0."""
+
+
 def _value(path: Path, line: int, name: str, text: str, number: Callable[[str], float]) -> float:
     if NO_NUMBER.fullmatch(text) and name != "frame":
         return np.nan
+    if name == "success" and text.lower() in _SAID:
+        return _SAID[text.lower()]
     try:
         return number(text)
     except ValueError as error:

@@ -9,7 +9,7 @@ from typing import Any
 from dnnvss import files
 from dnnvss.errors import DnnvssError
 from dnnvss.formats.cues import Cue
-from dnnvss.formats.numbers import whole
+from dnnvss.formats.numbers import number, whole
 from dnnvss.formats.pace import check_cues
 from dnnvss.formats.recognisers import SHAPES
 from dnnvss.formats.timed_rows import Row
@@ -18,7 +18,8 @@ from dnnvss.formats.unsaid import without_remarks
 _REMEDY = ("Give the JSON of Whisper, WhisperX, whisper.cpp, Vosk, Deepgram, AWS, Azure, Google, Watson, "
            "AssemblyAI, Speechmatics, Rev, Gladia, Soniox, NeMo, Gentle or the Montreal Forced Aligner, or write "
            'a list [{"start": 0.5, "end": 0.9, "text": "word"}, ...]')
-_TABLE = "Write the line start, end, text and a line a sentence, times in milliseconds, with tabs between"
+_TABLE = ("Write the line start, end, text and a line a sentence, times in milliseconds, or all in seconds with a "
+          "decimal point, with tabs between")
 _LAST = 1e6  # seconds
 _CLOCK = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):(\d{1,2}(?:[.,]\d{1,9})?)", re.ASCII)
 
@@ -49,18 +50,22 @@ def read_recognised(path: str | Path) -> tuple[Cue, ...]:
 def read_whisper_table(path: str | Path) -> tuple[Cue, ...]:
     """The sentences in the ``.tsv`` that Whisper writes: start, end and text between tabs, in milliseconds.
 
+    Times are seconds where all but 0 have a decimal point.
+
     Raises:
         DnnvssError: unreadable, a line that is not of this form, no words, or times in another unit; names file and
             line.
     """
     path = Path(path)
+    rows = [(place, line, line.split("\t", 2))
+            for place, line in enumerate(files.read_text(path, _TABLE).split("\n")[1:], start=2) if line.strip()]
+    times = {time.strip() for *_, cells in rows for time in cells[:2]} - {"0"}
+    read, unit = (number, 1.0) if times and all("." in time for time in times) else (whole, 1000.0)
     found = []
-    for place, line in enumerate(files.read_text(path, _TABLE).split("\n")[1:], start=2):
-        if not line.strip():
-            continue
+    for place, line, cells in rows:
         try:
-            start, end, text = line.split("\t", 2)
-            row = whole(start), whole(end), " ".join(without_remarks(text).split()), 1000.0
+            start, end, text = cells
+            row = read(start), read(end), " ".join(without_remarks(text).split()), unit
             found.append(_cue(row, path, _TABLE))
         except ValueError as error:
             raise DnnvssError(f"line {place}: {line.strip()[:80]!r} is not START END TEXT", file=path,

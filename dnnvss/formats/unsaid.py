@@ -8,8 +8,8 @@ _TURN = re.compile(r"\s*>{2,}\s*")
 _NUMBERED = r"(?:(?:unknown |guest )?(?:speaker|spk|spkr|participant|interviewer|interviewee)[ _#]?[\dA-Za-z]{0,3})"
 _WORD = r"[A-Z][\w.'\u2019-]*"
 _HEAD = re.compile(rf"\s*(?:[-\u2013]\s+)?(?:(?P<numbered>(?i:{_NUMBERED}))|(?P<capitals>[A-Z][A-Z .'-]{{1,30}})"
-                   rf"|(?P<name>{_WORD}(?:,? (?:{_WORD}|\d{{1,3}})){{0,3}}))\s*:\s+(?=\S)")
-"""A line that begins with who speaks: ``Speaker 1:``, ``MAN:``, ``Ann Lee:``."""
+                   rf"|(?P<name>{_WORD}(?:,? (?:{_WORD}|\d{{1,3}})){{0,3}}))\s*:(?:\s+(?=\S)|\s*$)")
+"""A line that begins with who speaks, or holds nothing else: ``Speaker 1:``, ``MAN:``, ``Ann Lee:``."""
 _AGAIN = 2
 """Lines that begin with the same name, from which it is taken for that of who speaks."""
 _SOUNDS = (r"laugh(?:s|ter|ing)?|chuckl(?:es|ing)|sigh(?:s|ing)?|cough(?:s|ing)?|clears throat|sniffs?|gasps?|"
@@ -87,11 +87,14 @@ def left_out(text: str, lines: Sequence[str]) -> str:
 
 
 def _unnamed(line: str, name: str) -> str:
-    """A line without the name of its recording, where that cannot be one of its words."""
+    """A line without the name of its recording, where that cannot be one of its words; of several columns the last, as
+    LJSpeech (``ID|written|spoken``) and Piper have them."""
     if len(name) < 4 or not re.search(r"[\d_]", name) or re.fullmatch(r"[1-9]\d*", name):
         return line
     own = re.escape(name)
     if festival := re.fullmatch(rf'\s*\(\s*{own}\s+"(.*)"\s*\)\s*', line, re.IGNORECASE):
         return festival[1]
+    if columns := re.fullmatch(rf"{own}(?:\.\w{{2,4}})?\s*\|.*\|([^|]*\w[^|]*)", line, re.IGNORECASE):
+        return columns[1].strip()
     line = re.sub(rf"^\s*{own}(?:\.\w{{2,4}})?(?:\s*[|:,;]|\s)\s*(?=\S)", "", line, flags=re.IGNORECASE)
     return re.sub(rf"(?<=\S)\s*\({own}\)\s*$", "", line, flags=re.IGNORECASE)

@@ -1,5 +1,7 @@
 """Landmark files survive a round trip, and damaged ones are named."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,10 @@ def test_a_picture_on_the_wall_is_no_talker_and_is_told(tmp_path):
     assert read_landmarks(alone).faces == 1
     path.write_text(path.read_text().replace("2, 1, ", "2, nan, "))
     assert read_landmarks(path).valid.tolist() == [True, False, True, True]  # of no face that is known
+
+
+def test_the_brackets_of_points_may_stand_in_other_lines(tmp_path: Path) -> None:
+    path = tmp_path / "a.pts"
+    for text in ("version: 1\nn_points: 2 {\n1 2\n3 4\n}\n", "version: 1\nn_points: 2\n{ 1 2\n3 4 }\n"):
+        path.write_text(text)
+        assert read_pts(path).tolist() == [[1, 2], [3, 4]]

@@ -128,3 +128,9 @@ def test_a_last_row_that_breaks_off_is_not_valid(tmp_path: Path) -> None:
     assert found.points[:, 0].tolist() == [[2, 3], [3, 4]] and found.valid.all()
     with pytest.raises(DnnvssError, match="line 3: 3 columns of 4"):
         read_openface(written(tmp_path, f"{head}1,1,2,3\n2,1,3\n3,1,4,5\n"))
+
+
+def test_success_may_be_true_or_false(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("frame,success,x_0,y_0\n1,True,1,2\n2,False,3,4\n")
+    assert read_openface(path).valid.tolist() == [True, False]

@@ -292,6 +292,8 @@ def test_whispers_table_is_in_milliseconds(tmp_path: Path) -> None:
     path.write_text("start\tend\ttext\n0.5\t1200\thello\n")
     with pytest.raises(DnnvssError, match=r"line 2: .* is not START END TEXT"):
         read_timed_text(path)
+    path.write_text("start\tend\ttext\n0\t1.2\thello\n1.5\t2.0\tyou\n")
+    assert read_timed_text(path) == (Cue(0, 1.2, "hello"), Cue(1.5, 2.0, "you"))
     path.write_text("start\tend\ttext\n1500\t1200\thello\n")
     with pytest.raises(DnnvssError, match=r"said from 1500 to 1200, .*times in milliseconds"):
         read_timed_text(path)
@@ -316,3 +318,10 @@ def test_tables_and_grids_of_words_are_text_with_times(tmp_path: Path) -> None:
     assert not is_words_csv(written(tmp_path, "b.csv", "frame, timestamp, x_0\n1, 0.0, 3\n"))
     assert read_timed_text(written(tmp_path, "a.txt", "One line.\n\n And  another.\n")) == (
         Cue(None, None, "One line."), Cue(None, None, "And another."))
+
+
+def test_cues_that_hold_a_name_alone_say_nothing(tmp_path: Path) -> None:
+    lines = ("Ann Lee:", "Ann Lee: Hello there.", "Bob Day:")
+    path = written(tmp_path, "a.vtt", "WEBVTT\n\n" + "".join(
+        f"00:00:0{k}.000 --> 00:00:0{k + 1}.000\n{line}\n\n" for k, line in enumerate(lines)))
+    assert read_timed_text(path) == (Cue(1.0, 2.0, "Hello there."),)

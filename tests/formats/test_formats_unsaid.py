@@ -72,3 +72,9 @@ def test_json_with_durations_and_sounds(tmp_path: Path, value: object) -> None:
     path = tmp_path / "a.json"
     path.write_text(json.dumps(value))
     assert [(cue.start, cue.end, cue.text) for cue in read_timed_text(path)] == [(0.5, 1.0, "Hello")]
+
+
+def test_of_the_columns_of_ljspeech_the_spoken_one_is_said() -> None:
+    line = "LJ001-0001|It cost 5 dollars.|It cost five dollars."
+    assert spoken_lines(line, "LJ001-0001") == ["It cost five dollars."]
+    assert spoken_lines("LJ001-0001|It cost 5 dollars.", "LJ001-0001") == ["It cost 5 dollars."]
