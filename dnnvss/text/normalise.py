@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from dnnvss.errors import DnnvssError
+from dnnvss.formats.unsaid import HEARD
 from dnnvss.text import derive, numbers, quantities, wording
 from dnnvss.text.dates import in_order
 from dnnvss.text.lexicon import check_phones, name_of
@@ -154,7 +155,7 @@ def _punctuation(text: str, at: int, lenient: bool, found: list[Token]) -> int |
     elif match := _PAUSE.match(text, at):
         number, unit = match["n"] or match["ms"], match["unit"] or "ms"
         _break(found, "major", float(number) / (1000 if unit == "ms" else 1) if number else None)
-    elif match := _EMOTICON.match(text, at):
+    elif match := HEARD.match(text, at) or _EMOTICON.match(text, at):
         _break(found, "minor")
     elif _quiet_sign(text, at) and (match := _SILENT.match(text, at)):
         pass

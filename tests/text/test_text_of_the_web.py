@@ -375,3 +375,10 @@ def test_numerals_and_short_forms_where_letters_mean_more_than_one_thing() -> No
 def test_accents_tell_words_apart() -> None:
     assert [t.phones for t in tokens("Résumé rosé resume")] == [
         ("R", "EH1", "Z", "AH0", "M", "EY2"), ("R", "OW0", "Z", "EY1"), None]
+
+
+@pytest.mark.parametrize("text", ["Well [laughs] hello.", "Well (sighs) hello.", "Well *Clears throat* hello."])
+def test_sounds_beside_speech_are_not_said(text: str) -> None:
+    """As those of transcripts are left out; what stands in brackets and is no sound is said."""
+    assert [word for token in tokens(text) for word in token.words] == ["well", "hello"]
+    assert [word for token in tokens("Well (laugh lines) hello.") for word in token.words][1:3] == ["laugh", "lines"]
