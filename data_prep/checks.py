@@ -30,6 +30,10 @@ EYES = ("right_eye", "left_eye")
 READ = 1
 """Version of how landmarks are read."""
 
+_SEVERAL, _RESCALED, _AGREE = 3, np.log(1.4), np.log(1.15)
+"""Utterances from which one can be told from the others; logarithms of the scale from which it is another, and of how
+far height and place of a face may differ in it."""
+
 DAMAGED = 5
 """Frames of landmarks off the face from which a clip whose picture jumps is taken to be damaged."""
 
@@ -67,6 +71,9 @@ def examined(run: Preparation, made: Results, size: tuple[int, int]) -> dict[str
                      f"{count} landmarks a frame, {info.dimensions} coordinates in {info.unit}")
     lids = [row for eye in EYES for row in range(*info.landmark_groups.get(eye, (0, 0)))]
     doubts = _doubted(marks, clips, size if info.dimensions == 2 else (0, 0), limits, lids)
+    for name, times in (_rescaled(marks) if info.dimensions == 2 else {}).items():
+        run.drop(name, f"its landmarks are {times:.2f} times as large, and as far from the picture's corner, as those "
+                       "of the others: track this very video, or bring its points to their scale")
     for name in names:
         _tell(run, name, {what: masks[name] for what, masks in doubts.items()})
     for name, distance in (checkup.off_colour(clips, limits) if clips else {}).items():
@@ -157,6 +164,28 @@ def _ghosts(points: dict[str, np.ndarray], valid: Mapping[str, np.ndarray], limi
     count = next(iter(points.values())).shape[1]
     others = checkup.ghosts(points, valid, limits, np.setdiff1d(np.arange(count), lids).tolist())
     return {n: mask & others[n] for n, mask in found.items()}
+
+
+def _rescaled(marks: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, float]:
+    """How many times as large the points of an utterance are as is usual, where they are in another scale.
+
+    A face that is nearer or smaller stays where it is in the picture; points in another scale come nearer to its corner
+    or go away from it by as much as they are smaller or larger.
+
+    Args:
+        marks: ``points`` (F, P, 2) and ``valid`` (F,) of each utterance.
+    """
+    seen = {n: m["points"][m["valid"]] for n, m in marks.items() if m["valid"].any()}
+    measured = {n: np.array([np.median(np.ptp(p, axis=1)[:, 1]), *np.median(p.mean(axis=1), axis=0)])
+                for n, p in seen.items()}
+    if len(measured) < _SEVERAL:
+        return {}
+    usual = np.median(list(measured.values()), axis=0)
+    if not (usual > 0).all():
+        return {}
+    times = {n: own / usual for n, own in measured.items() if (own > 0).all()}
+    return {n: float(t[0]) for n, t in times.items()
+            if abs(np.log(t[0])) > _RESCALED and (np.abs(np.log(t[1:] / t[0])) < _AGREE).all()}
 
 
 def _tell(run: Preparation, name: str, found: Mapping[str, np.ndarray]) -> None:

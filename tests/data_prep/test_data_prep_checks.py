@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from data_prep.checks import _ghosts
+from data_prep.checks import _ghosts, _rescaled
 from dnnvss.corpus import checkup
 
 
@@ -22,3 +22,13 @@ def test_a_lid_that_falls_is_no_ghost_and_a_point_that_leaves_is() -> None:
     assert blind["c1"][20:23].all()
     found = _ghosts(points, valid, checkup.LIMITS, [6, 7, 8, 9])
     assert not found["c0"].any() and not found["c1"].any() and found["c2"][10]
+
+
+def test_points_in_another_scale_are_told_from_a_face_farther_off() -> None:
+    marks = {name: {"points": points, "valid": np.ones(40, bool)} for name, points in clips().items()}
+    assert _rescaled(marks) == {}
+    own = marks["c1"]["points"]
+    marks["c1"]["points"] = own / 2
+    assert {name: round(times, 1) for name, times in _rescaled(marks).items()} == {"c1": 0.5}
+    marks["c1"]["points"] = own.mean(axis=(0, 1)) + (own - own.mean(axis=(0, 1))) / 2
+    assert _rescaled(marks) == {}
