@@ -44,6 +44,12 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
             sys.exit(FAILED)
         except (RuntimeError, ImportError) as error:
             _shortage_or(error)
+        except UnicodeEncodeError as error:  # of a name of a file: what is printed escapes the signs that it lacks
+            if (system := sys.getfilesystemencoding()) == "utf-8" or error.encoding != system:
+                raise
+            print(f"error: names of files are {system} here, which has no {error.object[error.start : error.end]!a} "
+                  f"({error.object!a}). Set PYTHONUTF8=1, then the same command again.", file=sys.stderr)
+            sys.exit(FAILED)
         except KeyboardInterrupt:
             print("interrupted: what was finished is kept; the same command goes on from there", file=sys.stderr)
             sys.exit(INTERRUPTED)

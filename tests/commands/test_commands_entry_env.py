@@ -80,3 +80,12 @@ def test_names_that_are_not_utf8_can_be_told_and_kept(tmp_path: Path) -> None:
     assert files.printable(f"wrote {name} to 日本") == "wrote caf\\xe9.mp4 to 日本"
     assert files.read_json(files.write_json(tmp_path / "a.json", {"video": name})) == {"video": name}
     assert files.write_text(tmp_path / "a.txt", name).read_text("utf-8") == "caf\\xe9.mp4"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names of files are UTF-8 in every locale")
+def test_names_that_the_locale_has_no_letters_for_are_told(tmp_path: Path) -> None:
+    program = "from dnnvss.commands.usage import guarded; guarded(lambda: open('d\\u00e9mo'))()"
+    done = subprocess.run([sys.executable, "-c", program], env=os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0"},
+                          capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert "which has no '\\xe9'" in done.stderr and "Set PYTHONUTF8=1" in done.stderr
