@@ -1,6 +1,7 @@
 """Work shared out to processes that end when the one that started them does."""
 
 import os
+import signal
 import threading
 import time
 from collections.abc import Iterator
@@ -50,4 +51,6 @@ def end_with_parent(parent: int | None = None) -> None:
 def _watch(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(_EVERY)
+    if os.getpgrp() == os.getpid():  # in a session of its own: what it started, a voice that still speaks, ends too
+        os.killpg(0, signal.SIGKILL)
     os._exit(1)

@@ -263,6 +263,7 @@ class Pool:
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             env={"OMP_NUM_THREADS": "1", **os.environ},
+            start_new_session=True,
         )
         self._number += 1
         worker = _Worker(self._number, process)
@@ -295,10 +296,10 @@ class Pool:
 
 
 def kill(process: asyncio.subprocess.Process) -> None:
-    """End a process, whatever it does."""
+    """End a process that was started in a session of its own, whatever it does, and all that it started."""
     if process.returncode is None:
         with suppress(ProcessLookupError):  # its own kill() would take its status from who waits for it
-            os.kill(process.pid, signal.SIGKILL)
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 def _raise_wrong(head: Mapping[str, Any]) -> None:

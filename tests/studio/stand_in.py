@@ -1,6 +1,7 @@
 """A worker for tests of the pool: it does what a job says, and knows nothing of faces."""
 
 import os
+import subprocess
 import sys
 import time
 from collections.abc import Mapping
@@ -13,7 +14,13 @@ COMMAND = (sys.executable, __file__)
 
 
 def answer(job: Mapping[str, Any]) -> bytes:
-    """The message that answers a job: ``sleep`` seconds first, or its end where ``once`` is no file yet."""
+    """The message that answers a job: ``sleep`` seconds first, or its end where ``once`` is no file yet.
+
+    Where ``starts`` names a file, another process is started and its number is written there.
+    """
+    if "starts" in job:  # as a voice is started that speaks for long
+        child = subprocess.Popen(["sleep", "60"], stdout=subprocess.DEVNULL)
+        Path(job["starts"]).write_text(str(child.pid), encoding="utf-8")
     time.sleep(job.get("sleep", 0))
     if "die" in job:
         os._exit(3)

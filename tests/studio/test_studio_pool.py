@@ -81,6 +81,22 @@ def test_workers_that_are_killed_are_replaced_and_nothing_is_lost() -> None:
     run(PoolLimits(workers=2, tries=5), work)
 
 
+def test_what_a_worker_has_started_ends_with_it(tmp_path: Path) -> None:
+    told = tmp_path / "child"
+
+    async def work(pool: Pool) -> None:
+        await ready(pool)
+        with pytest.raises(DnnvssError):
+            await pool.do(job(starts=str(told), sleep=30))
+
+    run(PoolLimits(workers=1, working=0.5), work)
+    child = Path(f"/proc/{told.read_text(encoding='utf-8')}/stat")
+    until = time.monotonic() + 10
+    while child.exists() and ") Z" not in child.read_text(encoding="utf-8") and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not child.exists() or ") Z" in child.read_text(encoding="utf-8")
+
+
 def test_a_job_that_ends_every_worker_is_refused() -> None:
     async def work(pool: Pool) -> None:
         with pytest.raises(BusyError, match="workers were lost over this"):

@@ -96,7 +96,8 @@ async def _read_apart(kind: str, data: bytes, suffix: str) -> AsyncIterator[Path
         given.write_bytes(data)
         process = await asyncio.create_subprocess_exec(
             sys.executable, "-m", "dnnvss.studio.reading", kind, str(given), str(out),
-            stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE)
+            stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE,
+            start_new_session=True)
         try:
             async with asyncio.timeout(SECONDS):
                 _, told = await process.communicate()
