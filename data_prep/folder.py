@@ -3,7 +3,7 @@
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
@@ -41,6 +41,9 @@ from dnnvss.text.wording import WORD, foreign_letter
 _LOOKED_AT = 10_000  # files in folders inside, at most
 _WORDS = "Write the words of the recording there"
 _HEAR = "have them written down by a machine with corpus.importer.transcribe=true"
+
+_ABOUT = re.compile(r"readme|licen[cs]e|notes?\b|index|transcripts?$", re.IGNORECASE)
+"""Names of texts about a folder."""
 
 SEEN = 0.5
 """Share of the frames of speech that must show the face; what is between the others is not learnt from."""
@@ -106,7 +109,7 @@ def prepare_folder(raw: str | Path, out: str | Path, *, name: str = "folder", va
     own = marks.rate if rate is None else str(rate)
     recipe = Recipe(info, given_splits(raw), val=val, test=test, scale=marks.scale, rate=own, size=marks.size,
                     lexicon=own_lexicon(lexicon), sync=sync, rows=rows, task=task,
-                    lacking=lacking, speech_valid=SEEN)
+                    lacking=lacking, speech_valid=SEEN, told=_alone(shelf, videos))
     return then(sources, recipe, Workshop(Path(out), jobs, backend, strict))
 
 
@@ -124,6 +127,14 @@ def _recordings(raw: Shelf) -> dict[str, Path | None]:
         raise DnnvssError("holds no video and no landmarks", file=raw.root, remedy=_inside(raw.root) or
                           f"Put videos there ({' '.join(VIDEOS)}), or landmarks (ID.csv, ID.npz) with sound")
     return found | dict.fromkeys(sorted(bare))
+
+
+def _alone(raw: Shelf, recordings: Collection[str]) -> tuple[str, ...]:
+    """What the report says of texts that no recording has the name of: a name may be misspelt."""
+    names = sorted(files.printable(path.name) for name, path in raw.of_kind(".txt", ".lab", *SUBTITLES)
+                   if name not in recordings and not _ABOUT.match(name))
+    shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+    return (f"Texts that are not used, for no recording has their name ({len(names)}): {shown}",) if names else ()
 
 
 def _inside(root: Path) -> str:

@@ -38,10 +38,10 @@ def prepare(sources: Iterable[Source], recipe: Recipe, shop: Workshop) -> Path:
     if not sources:
         raise DnnvssError("there is no recording to prepare", remedy="Set corpus.raw to the folder with the recordings")
     cuts = made_ready(sources, recipe, shop)
-    sources, notes = cuts.sources, list[str]()
+    sources, notes = cuts.sources, list(recipe.told)
     if recipe.splits:  # a mistake in them is said before hours of work
-        splits, notes = resolved(recipe.splits, [s.id for s in sources])
-        recipe = replace(recipe, splits=splits)
+        splits, said = resolved(recipe.splits, [s.id for s in sources])
+        recipe, notes = replace(recipe, splits=splits), notes + said
         completed(recipe.splits, [s.id for s in sources], recipe.val, recipe.test, recipe.stratum)
     run = Preparation(sources, recipe, shop, {s.id: Outcome(s.id, list(s.notes)) for s in sources},
                       [*cuts.told, *notes], cuts.left_out)

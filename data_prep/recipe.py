@@ -74,6 +74,7 @@ class Recipe:
         rows: the points of a frame that are kept, in their new order; all of them where None.
         task: the file of the nets that find landmarks; None where every recording brings its own.
         lacking: why landmarks that are needed cannot be found.
+        told: what the report says of the recordings as a whole, a sentence each.
     """
 
     info: CorpusInfo
@@ -94,6 +95,7 @@ class Recipe:
     rows: tuple[int, ...] | None = None
     task: Path | None = None
     lacking: DnnvssError | None = None
+    told: tuple[str, ...] = ()
 
 
 def own_lexicon(given: Mapping[str, Any] | None) -> dict[str, str]:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from films import talker_folder
 
-from data_prep.folder import _landmarks, _marks, _others, prepare_folder
+from data_prep.folder import _alone, _landmarks, _marks, _others, prepare_folder
 from data_prep.landmarks import read_raw
 from data_prep.recipe import Source, own_lexicon
 from data_prep.shelf import Shelf
@@ -187,6 +187,14 @@ def test_a_file_that_differs_in_case_alone_is_named(tmp_path: Path) -> None:
     shelf = Shelf(tmp_path)
     assert _others(shelf, "clip", shelf.get("clip", ".mp4")) == ("there is also clip.mp4: clip.MP4 is taken",)
     assert len(_others(shelf, "caf\u00e9", shelf.get("caf\u00e9", ".mp4"))) == 1
+
+
+def test_a_text_without_a_recording_is_told(tmp_path: Path) -> None:
+    for name in ("a.mp4", "a.txt", "A b.srt", "lonely.txt", "README.txt", "c.lab", "d.csv"):
+        (tmp_path / name).touch()
+    (told,) = _alone(Shelf(tmp_path), {"a"})
+    assert told == "Texts that are not used, for no recording has their name (3): A b.srt, c.lab, lonely.txt"
+    assert _alone(Shelf(tmp_path), {"a", "c", "lonely", "A b"}) == ()
 
 
 def test_a_link_to_a_video_that_is_not_there_is_a_recording_that_is_dropped(raw: Path, tmp_path: Path) -> None:
