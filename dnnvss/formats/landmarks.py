@@ -69,7 +69,7 @@ def read_landmarks(path: str | Path, dimensions: int = 2) -> Landmarks:
         case ".pts":
             return read_pts_sequence([path], path)
     raise DnnvssError(f"landmarks of the kind {path.suffix!r} are not understood", file=path,
-                      remedy="Give a folder of .pts files, an OpenFace .csv or an .npz")
+                      remedy=f"Give a folder of .pts files, an OpenFace .csv or an .npz. {_NPZ}")
 
 
 def read_pts(path: str | Path) -> np.ndarray:

@@ -131,3 +131,12 @@ def test_the_brackets_of_points_may_stand_in_other_lines(tmp_path: Path) -> None
     for text in ("version: 1\nn_points: 2 {\n1 2\n3 4\n}\n", "version: 1\nn_points: 2\n{ 1 2\n3 4 }\n"):
         path.write_text(text)
         assert read_pts(path).tolist() == [[1, 2], [3, 4]]
+
+
+@pytest.mark.parametrize("name", ["a.xml", "a.json", "a.csv"])
+def test_landmarks_of_other_tools_are_told_the_way_in(tmp_path: Path, name: str) -> None:
+    """dlib and CVAT write XML, MediaPipe's users JSON, DeepLabCut a table of three lines of names."""
+    path = tmp_path / name
+    path.write_text("scorer,DLC,DLC\nbodyparts,lip,lip\ncoords,x,y\n0,1.0,2.0\n")
+    with pytest.raises(DnnvssError, match=r"points.*\(frames, points, 2\)"):
+        read_landmarks(path)
