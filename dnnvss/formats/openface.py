@@ -13,8 +13,8 @@ from dnnvss.formats.numbers import NO_NUMBER
 from dnnvss.formats.rows import table_rows
 
 _CSV = ("Give the CSV that OpenFace's FeatureExtraction writes, with columns frame, success, x_0 ... y_67 "
-        "(X_0 ... Z_67 for points in space), or save points of another tracker as an .npz: numpy.savez(file, points=...), "
-        "(frames, points, 2)")
+        "(X_0 ... Z_67 for points in space), or save points of another tracker as an .npz: "
+        "numpy.savez(file, points=...), (frames, points, 2)")
 _AXES = {2: ("x", "y"), 3: ("X", "Y", "Z")}
 """Names of the columns before the underscore: in pixels of the picture, in millimetres before the camera."""
 _FEW, _GAPS = 64_000_000, 20

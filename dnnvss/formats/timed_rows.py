@@ -61,6 +61,8 @@ def _rows(value: Any, name: str) -> list[Row]:
     if not isinstance(value, list):
         return []
     items = [item for item in (value[:1] if name in _OF_SEVERAL else value) if isinstance(item, dict)]
+    if name not in ("", *_FINEST):  # labels are of anything then
+        items = [{key: inner for key, inner in item.items() if key != "label"} for item in items]
     if not any(_is_row(item) for item in items):
         return [row for item in items for row in _rows(item, name)]
     found = [row for item in items if item.get("type") not in _NO_WORDS and not _is_translated(item)

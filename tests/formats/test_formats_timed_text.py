@@ -305,6 +305,7 @@ def test_whispers_table_is_in_milliseconds(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", [{}, [], {"segments": []}, 3, [{"start": "soon", "end": 1, "text": "a"}],
                                    [{"start": 2, "end": 1, "text": "a"}], {"landmarks": [[1, 2]]},
+                                   {"shots": [{"start": 0, "end": 2, "label": "close-up"}]},
                                    {"results": [{"start_time": 1, "end_time": 2, "alternatives": [{"content": "a"}]},
                                                 {"type": "punctuation", "alternatives": [{"content": [1]}]}]}])
 def test_other_json_is_refused(tmp_path: Path, value: Any) -> None:
