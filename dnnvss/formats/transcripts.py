@@ -53,4 +53,3 @@ def read_transcript(path: Path, utterance: str) -> tuple[str, str]:
     text = check_transcript(path, utterance)
     lines = spoken_lines(text, utterance)
     return " ".join(lines), left_out(text, lines)
-

@@ -15,10 +15,9 @@ _AGAIN = 2
 _SOUNDS = (r"laugh(?:s|ter|ing)?|chuckl(?:es|ing)|sigh(?:s|ing)?|cough(?:s|ing)?|clears throat|sniffs?|gasps?|"
            r"breath(?:s|es|ing)?|unintelligible|indistinct|cross-?talk|music(?: playing)?|applause|beep|silence|"
            r"(?:background )?noise|inaudible|pause")
-HEARD = re.compile(rf"\[(?:{_SOUNDS})\]|\((?:{_SOUNDS})\)|\*(?:{_SOUNDS})\*", re.IGNORECASE)
+HEARD = re.compile(rf"\[(?i:{_SOUNDS})\]|\((?i:{_SOUNDS})\)|\*(?i:{_SOUNDS})\*")
 """A sound of a speaker or around one, in brackets or between stars."""
-_REMARK = re.compile(r"<\|[^<>|]{0,40}\|>|"
-                     rf"\[[^\[\]\n]*\]:?|\((?i:{_SOUNDS})\)|\*(?i:{_SOUNDS})\*|^\s*\([^()\n]*\)\s*$", re.MULTILINE)
+_REMARK = re.compile(rf"<\|[^<>|]{{0,40}}\|>|\[[^\[\]\n]*\]:?|{HEARD.pattern}|^\s*\([^()\n]*\)\s*$", re.MULTILINE)
 _SOUND = re.compile(r"\[[^\[\]]*\]:?|\u266a[^\u266a]*\u266a?|\u266b|^\s*[-\u2013]?\s*\([^()]*\)"
                     r"|^\s*#[^#\n]*#\s*$", re.MULTILINE)
 """What captions have beside that: remarks over several lines or before what is said, and songs between notes."""
