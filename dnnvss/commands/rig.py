@@ -60,7 +60,7 @@ def _check(outputs: Sequence[Path], height: int, turn: float) -> None:
 
     for path in outputs:
         if path.suffix.lower() != _VIDEO:
-            check_take_file(path, others=f"{_VIDEO}, ")
+            check_take_file(path, others=[_VIDEO])
     if not 16 <= height <= 4320:
         raise DnnvssError(f"--height {height} is no size of a picture", remedy="Give 16 to 4320")
     if not -360 <= turn <= 360:

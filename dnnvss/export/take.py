@@ -1,6 +1,6 @@
 """A take for an animator's program: named curves over time, and a head that they move."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -53,13 +53,13 @@ class Take:
         return np.array([self.clock.seconds(k) for k in range(self.frames)])
 
 
-def check_take_file(path: Path, head: bool = True, others: str = "") -> None:
+def check_take_file(path: Path, head: bool = True, others: Sequence[str] = ()) -> None:
     """Refuse the name of a file of another kind, and a mesh where there is none.
 
     Args:
         path: of the file.
         head: whether the curves move a head.
-        others: what else the command writes, as ``.mp4, ``, for the remedy.
+        others: suffixes of what else the command writes, for the remedy.
 
     Raises:
         DnnvssError: its suffix is none of :data:`SUFFIXES`, or ``.glb`` without a head.
@@ -68,7 +68,7 @@ def check_take_file(path: Path, head: bool = True, others: str = "") -> None:
         raise DnnvssError(
             f"a rig cannot be written as {path.suffix or 'a file without suffix'}",
             file=path,
-            remedy=f"Name it {others}.csv (Live Link Face), .json or .glb (glTF)",
+            remedy=f"Name it {', '.join([*others, '.csv (Live Link Face)', '.json'])} or .glb (glTF)",
         )
     if path.suffix.lower() == ".glb" and not head:
         raise DnnvssError(
