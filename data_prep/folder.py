@@ -133,8 +133,8 @@ def _alone(raw: Shelf, recordings: Collection[str]) -> tuple[str, ...]:
     """What the report says of texts that no recording has the name of: a name may be misspelt."""
     names = sorted(files.printable(path.name) for name, path in raw.of_kind(".txt", ".lab", *SUBTITLES)
                    if name not in recordings and not _ABOUT.match(name))
-    shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
-    return (f"Texts that are not used, for no recording has their name ({len(names)}): {shown}",) if names else ()
+    found = f"Texts that are not used, for no recording has their name ({len(names)}): {_some(names)}"
+    return (found,) if names else ()
 
 
 def _inside(root: Path) -> str:
@@ -265,9 +265,14 @@ def unsaid(left: str) -> tuple[str, ...]:
 
 def unspoken(lost: Sequence[str]) -> tuple[str, ...]:
     """What the report says of the words of a long text that cannot be spoken."""
-    shown = ", ".join(map(repr, lost[:3])) + (", ..." if len(lost) > 3 else "")
-    return (f"{len(lost)} words of its text cannot be spoken, and where they are said is not learnt from: "
-            f"{shown}",) if lost else ()
+    found = (f"words of its text that cannot be spoken, and are not learnt from where they are said ({len(lost)}): "
+             f"{_some([repr(word) for word in lost])}")
+    return (found,) if lost else ()
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first three of some names, and that there are more."""
+    return ", ".join([*names[:3], *(["..."] if len(names) > 3 else [])])
 
 
 def _told(transcript: Path, video: Path | None) -> tuple[str, ...]:

@@ -303,8 +303,8 @@ def test_a_word_in_other_letters_is_not_passed_over() -> None:
         with pytest.raises(DnnvssError, match=f"cannot speak '{word}'. Write it in English words"):
             words_of(text, "en_us", Path("a.txt"), "a")
     assert not list(unspeakable("Beta \u03b1 it's", "en_us"))
-    assert unspoken(list(unspeakable("hello \u043c\u0438\u0440 friend", "en_us"))) == (
-        "1 words of its text cannot be spoken, and where they are said is not learnt from: '\u043c\u0438\u0440'",)
+    (told,) = unspoken(list(unspeakable("hello \u043c\u0438\u0440 friend", "en_us")))
+    assert told.endswith("that cannot be spoken, and are not learnt from where they are said (1): '\u043c\u0438\u0440'")
 
 
 def test_a_name_with_a_line_break_stays_in_its_row_of_the_report(tmp_path: Path) -> None:
